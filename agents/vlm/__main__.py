@@ -8,7 +8,7 @@ from pathlib import Path
 from arramon.strict_json import NotJsonError, read_json
 from arramon_agents.requirements import require
 from arramon_agents.vlm import REQUIRED, make_agent
-from arramon_agents.vlm.settings import Settings, read_settings
+from arramon_agents.vlm.settings import ModelSettings, read_settings
 from arramon_agents.vlm.usage import read_price
 from arramon_client.errors import AgentLoadError, ArramonClientError
 from arramon_client.plugin.arguments import check_signature, parse_arguments, parse_value
@@ -60,7 +60,7 @@ def _estimate(options: argparse.Namespace) -> list[str]:
     return _by_settings(options, settings)
 
 
-def _by_settings(options: argparse.Namespace, settings: Settings) -> list[str]:
+def _by_settings(options: argparse.Namespace, settings: ModelSettings) -> list[str]:
     from arramon_agents.vlm import estimate
 
     price = read_price(settings.prices, settings.model)

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import openai
 
 from arramon_agents.vlm import notes, sight
-from arramon_agents.vlm.caller import Caller
+from arramon_agents.vlm.caller import EndpointCaller
 from arramon_agents.vlm.episode_state import EpisodeState, task_text
-from arramon_agents.vlm.messages import Conversation, ConversationWriter, Exchange
+from arramon_agents.vlm.messages import Conversation, ConversationWriter, ModelExchange
 from arramon_agents.vlm.prompt_texts import PromptFolder, Prompts
 from arramon_agents.vlm.records import PaidReply
 from arramon_agents.vlm.replies import (
     TOOL,
-    Decision,
+    ModelDecision,
     Reply,
     UnusableReplyError,
     answer_form,
@@ -25,8 +25,8 @@ from arramon_agents.vlm.replies import (
     written,
 )
 from arramon_agents.vlm.scene import describe
-from arramon_agents.vlm.settings import Settings, check_folder, read_key
-from arramon_agents.vlm.trace import SUFFIX, Trace
+from arramon_agents.vlm.settings import ModelSettings, check_folder, read_key
+from arramon_agents.vlm.trace import SUFFIX, CallTrace
 from arramon_agents.vlm.usage import read_price
 from arramon_client.agent import Action, Answer, Episode, Observation
 from arramon_client.errors import AgentLoadError, StopRun
@@ -56,14 +56,14 @@ class VlmAgent:
         AgentLoadError: if there is no key, or a file cannot be read.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: ModelSettings) -> None:
         self._settings = settings
         self._key = read_key(settings)
         self._price = read_price(settings.prices, settings.model)
         self._prompts = PromptFolder(settings.prompts, _log.warning)
         self._folder = check_folder(settings.trace) if settings.trace is not None else None
         self._writer = ConversationWriter(settings)
-        self._caller: Caller | None = None
+        self._caller: EndpointCaller | None = None
         self._states: dict[str, EpisodeState] = {}
         self._noops: dict[tuple[str, int], str] = {}
         self._sight = ""
@@ -95,7 +95,7 @@ class VlmAgent:
             StopRun: if the trace cannot be opened, or the model does not see.
         """
         folder = self._folder or check_folder(run.output or DEFAULT_FOLDER)
-        trace = Trace(folder / f"{run.run_id}{SUFFIX}")
+        trace = CallTrace(folder / f"{run.run_id}{SUFFIX}")
         if run.steps and not trace.records:
             _log.warning(
                 "agents.vlm: %s has no calls of the run's %d earlier steps: usage and limits count from here. If the "
@@ -105,7 +105,7 @@ class VlmAgent:
             )
         self._states.clear()
         self._noops.clear()
-        self._caller = Caller(self._settings, self._key, self._price, trace)
+        self._caller = EndpointCaller(self._settings, self._key, self._price, trace)
         for record in trace.records:
             if record.get("kind") == "noop":
                 self._noops[str(record.get("episode")), int(record.get("step", 0))] = str(record.get("unusable"))
@@ -177,16 +177,16 @@ class VlmAgent:
         """Return a line on what the run has used so far; empty before the first run."""
         return self._used if self._caller is None else _line(self._caller)
 
-    def _state(self, caller: Caller) -> Mapping[str, Any]:
+    def _state(self, caller: EndpointCaller) -> Mapping[str, Any]:
         noops = dict(sorted(Counter(self._noops.values()).items()))
         return {**caller.usage.as_json(), "noops": noops, "sight": self._sight, "trace": str(caller.trace.path)}
 
-    def _question(self, state: EpisodeState, observation: Observation) -> Exchange:
+    def _question(self, state: EpisodeState, observation: Observation) -> ModelExchange:
         shown = self._settings.images and observation.rgb is not None
         scene = "" if shown else describe(observation, state.episode.labels, state.prompts)
         return state.question(observation, scene)
 
-    def _conversation(self, state: EpisodeState, observation: Observation, exchange: Exchange) -> Conversation:
+    def _conversation(self, state: EpisodeState, observation: Observation, exchange: ModelExchange) -> Conversation:
         prompts, settings = state.prompts, self._settings
         kind = "tools" if settings.answers == "tools" else "json"
         answer = prompts.text(f"answer.{kind}", plan=settings.plan)
@@ -195,8 +195,8 @@ class VlmAgent:
         return self._writer.conversation(system, state.exchanges, exchange, form)
 
     async def _ask(
-        self, state: EpisodeState, observation: Observation, exchange: Exchange
-    ) -> tuple[list[PaidReply], Decision | None, str]:
+        self, state: EpisodeState, observation: Observation, exchange: ModelExchange
+    ) -> tuple[list[PaidReply], ModelDecision | None, str]:
         """Ask for a plan, again after an unusable reply; return the replies, the decision, and why there is none."""
         caller, settings, cause = self._need_caller(), self._settings, ""
         conversation = self._conversation(state, observation, exchange)
@@ -211,10 +211,10 @@ class VlmAgent:
                 conversation = conversation.again(paid.reply, state.prompts, cause, settings.plan)
         return replies, None, cause
 
-    def _read(self, reply: Reply) -> Decision:
+    def _read(self, reply: Reply) -> ModelDecision:
         return read_decision(reply, self._settings.answers, self._settings.plan)
 
-    def _restored(self, observation: Observation, action: Action) -> tuple[Reply, Decision | None]:
+    def _restored(self, observation: Observation, action: Action) -> tuple[Reply, ModelDecision | None]:
         """Return the reply and the decision behind a recorded action, as far as they are known."""
         replies = self._need_caller().paid.at(observation.episode_id, observation.step)
         unusable = Reply("")
@@ -229,7 +229,7 @@ class VlmAgent:
             return unusable, None
         noted = notes.read(observation.taken_note, self._settings.plan)
         if noted is None:
-            noted = Decision("", (action,))
+            noted = ModelDecision("", (action,))
         if noted == notes.NOOP:
             return unusable, None
         text = written(noted)
@@ -245,7 +245,7 @@ class VlmAgent:
         record = {"kind": "noop", "episode": observation.episode_id, "step": observation.step, "unusable": cause}
         self._need_caller().trace.write(record)
 
-    def _need_caller(self) -> Caller:
+    def _need_caller(self) -> EndpointCaller:
         if self._caller is None:
             raise RuntimeError("agents.vlm was called before open(run)")
         return self._caller
@@ -264,7 +264,7 @@ class VlmAgent:
         for number in range(sight.CARDS):
             card = sight.draw_card(random.Random(f"{settings.model}/{settings.seed}/{number}"))  # noqa: S311
             text = sight.question(prompts, settings.answers)
-            exchange = Exchange(text, sight.picture(card), f"sight/{number}")
+            exchange = ModelExchange(text, sight.picture(card), f"sight/{number}")
             conversation = self._writer.conversation(prompts.text("system"), (), exchange, form)
             paid = await self._need_caller().ask("sight", "", NO_STEP, conversation, None)
             if card.is_named_by(paid.reply, tool):
@@ -279,5 +279,5 @@ class VlmAgent:
         return "blind"
 
 
-def _line(caller: Caller) -> str:
+def _line(caller: EndpointCaller) -> str:
     return f"agents.vlm: {caller.usage.summary()}; trace: {caller.trace.path}"

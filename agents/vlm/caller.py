@@ -15,9 +15,9 @@ from arramon_agents.vlm.records import (
     paid_reply,
 )
 from arramon_agents.vlm.replies import Reply, UnusableReplyError
-from arramon_agents.vlm.settings import Settings
-from arramon_agents.vlm.trace import Trace
-from arramon_agents.vlm.usage import Price, Usage
+from arramon_agents.vlm.settings import ModelSettings
+from arramon_agents.vlm.trace import CallTrace
+from arramon_agents.vlm.usage import ModelUsage, Price
 
 Read = Callable[[Reply], object]
 """Reads a reply, or raises an UnusableReplyError."""
@@ -26,7 +26,7 @@ LAST_WAIT = 10.0
 """Seconds for which `close` waits for open calls, whose answers are paid and kept in the trace."""
 
 
-class Caller:
+class EndpointCaller:
     """The calls of one run.
 
     Args:
@@ -41,10 +41,10 @@ class Caller:
         usage: what the whole run has used, earlier processes included.
     """
 
-    def __init__(self, settings: Settings, key: str, price: Price | None, trace: Trace) -> None:
+    def __init__(self, settings: ModelSettings, key: str, price: Price | None, trace: CallTrace) -> None:
         self.trace = trace
         self.paid = PaidReplies(trace.records)
-        self.usage = Usage(settings, price)
+        self.usage = ModelUsage(settings, price)
         for record in trace.records:
             self.usage.attempts += failed_attempts(record)
             paid = paid_reply(record)

@@ -13,7 +13,7 @@ import openai
 
 from arramon.strict_json import NotJsonError, read_json
 from arramon_agents.vlm.replies import OVERSIZE, Reply, reply_of
-from arramon_agents.vlm.settings import Settings
+from arramon_agents.vlm.settings import ModelSettings
 from arramon_agents.vlm.usage import Tokens, tokens_of
 from arramon_client.errors import AgentError, StopRun
 
@@ -99,7 +99,7 @@ class Endpoint:
         key: the key, which is removed from every message.
     """
 
-    def __init__(self, settings: Settings, key: str) -> None:
+    def __init__(self, settings: ModelSettings, key: str) -> None:
         self._settings = settings
         self._key = key
         self._slots = asyncio.Semaphore(settings.concurrency)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from arramon_agents.vlm.messages import Exchange
+from arramon_agents.vlm.messages import ModelExchange
 from arramon_agents.vlm.prompt_texts import Prompts
-from arramon_agents.vlm.replies import Decision, Reply
+from arramon_agents.vlm.replies import ModelDecision, Reply
 from arramon_client.agent import Action, Episode, Observation
 
 HARMLESS = Action.RIGHT
@@ -20,7 +20,7 @@ vary is not asked the very same thing again."""
 
 
 @dataclass
-class Outcome:
+class StepsOutcome:
     """What happened since the model's last answer.
 
     Attributes:
@@ -56,8 +56,8 @@ class EpisodeState:
         self.episode = episode
         self.prompts = prompts
         self.plan: deque[Action] = deque()
-        self.exchanges: deque[Exchange] = deque(maxlen=window)
-        self.outcome = Outcome()
+        self.exchanges: deque[ModelExchange] = deque(maxlen=window)
+        self.outcome = StepsOutcome()
         self._phase: tuple[int, str] | None = None
         self._step = -1
         self._seen: object = None
@@ -72,7 +72,7 @@ class EpisodeState:
         if phase != self._phase:  # The instruction is another one: what was said before concerns it no more.
             self.plan.clear()
             self.exchanges.clear()
-            self.outcome = Outcome()
+            self.outcome = StepsOutcome()
         else:
             self.outcome.nothing = self._last is Action.INTERACT  # It would have ended the phase.
             self.outcome.blocked = self._last is Action.FORWARD and seen is not None and seen == self._seen
@@ -81,7 +81,7 @@ class EpisodeState:
                 self.plan.clear()
         self._phase, self._step, self._seen = phase, observation.step, seen
 
-    def question(self, observation: Observation, scene: str) -> Exchange:
+    def question(self, observation: Observation, scene: str) -> ModelExchange:
         """Return the question to ask before a step.
 
         Args:
@@ -103,9 +103,9 @@ class EpisodeState:
         numbers = {"phase_step": observation.phase_step, "steps_left": observation.steps_left}
         lines += [prompts.text("observation.now", **numbers), scene or prompts.text("observation.frame")]
         rgb = None if scene else observation.rgb
-        return Exchange("\n".join(lines), rgb, f"{observation.episode_id}/{observation.step}")
+        return ModelExchange("\n".join(lines), rgb, f"{observation.episode_id}/{observation.step}")
 
-    def decide(self, exchange: Exchange, reply: Reply | None, decision: Decision | None) -> None:
+    def decide(self, exchange: ModelExchange, reply: Reply | None, decision: ModelDecision | None) -> None:
         """Start the plan of a decision.
 
         Args:
@@ -113,7 +113,7 @@ class EpisodeState:
             reply: the answer as it came.
             decision: what it decides; None if it could not be used, for one harmless action.
         """
-        self.outcome = Outcome(was_noop=decision is None)
+        self.outcome = StepsOutcome(was_noop=decision is None)
         self.plan = deque(decision.plan if decision is not None else (HARMLESS,))
         if reply is not None and decision is not None:
             exchange.reply = reply

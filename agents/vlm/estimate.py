@@ -7,7 +7,7 @@ from typing import Any
 
 from arramon_agents.vlm.prompt_texts import PromptFolder, Prompts
 from arramon_agents.vlm.records import paid_reply
-from arramon_agents.vlm.settings import Settings
+from arramon_agents.vlm.settings import ModelSettings
 from arramon_agents.vlm.usage import Price, Tokens
 from arramon_client.errors import AgentLoadError
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES, STEPS_PER_PHASE, TURNS
@@ -76,7 +76,7 @@ class TokenRates:
     image: int
 
 
-def rates_of(settings: Settings, price: Price | None, language: str, size: int) -> TokenRates:
+def rates_of(settings: ModelSettings, price: Price | None, language: str, size: int) -> TokenRates:
     """Return usual rates: 4 characters a token in English, 2 in other languages; an image by tiles of 512 pixels.
 
     Args:
@@ -91,7 +91,7 @@ def rates_of(settings: Settings, price: Price | None, language: str, size: int) 
     return TokenRates(4.0 if language == "en" else 2.0, image if settings.images else 0)
 
 
-def estimate_episode(settings: Settings, prompts: Prompts, rates: TokenRates, *, at_most: bool) -> Estimate:
+def estimate_episode(settings: ModelSettings, prompts: Prompts, rates: TokenRates, *, at_most: bool) -> Estimate:
     """Return the estimate for one episode.
 
     Args:
@@ -150,7 +150,7 @@ def estimate_from_trace(records: Iterable[Mapping[str, Any]]) -> tuple[int, Esti
     return len(episodes), Estimate(calls, prompt, completion, cached).times(1 / len(episodes))
 
 
-def prompts_of(settings: Settings, language: str) -> Prompts:
+def prompts_of(settings: ModelSettings, language: str) -> Prompts:
     """Return the prompts of a language."""
     return PromptFolder(settings.prompts, lambda _: None).of(language)
 

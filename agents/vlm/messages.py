@@ -14,7 +14,7 @@ from PIL import Image
 
 from arramon_agents.vlm.prompt_texts import Prompts
 from arramon_agents.vlm.replies import Reply
-from arramon_agents.vlm.settings import Settings
+from arramon_agents.vlm.settings import ModelSettings
 
 LONGEST_QUOTE = 2000
 """Characters of an unusable reply that are quoted when the model is asked again."""
@@ -23,7 +23,7 @@ JPEG_QUALITY = 90
 
 
 @dataclass(frozen=True)
-class Frame:
+class EncodedFrame:
     """An encoded image.
 
     Attributes:
@@ -45,7 +45,7 @@ class Frame:
         return {"type": "image_url", "image_url": {"frame": self.name, "sha256": self.digest, "detail": detail}}
 
 
-def encode(rgb: npt.NDArray[np.uint8], name: str, settings: Settings) -> Frame:
+def encode(rgb: npt.NDArray[np.uint8], name: str, settings: ModelSettings) -> EncodedFrame:
     """Return an image (height, width, 3) in the size and format of the settings."""
     image = Image.fromarray(rgb)
     size = settings.image_size
@@ -58,11 +58,11 @@ def encode(rgb: npt.NDArray[np.uint8], name: str, settings: Settings) -> Frame:
         image.save(buffer, "PNG")
     data = buffer.getvalue()
     url = f"data:image/{settings.image_format};base64,{base64.b64encode(data).decode()}"
-    return Frame(name, hashlib.sha256(data).hexdigest()[:16], url)
+    return EncodedFrame(name, hashlib.sha256(data).hexdigest()[:16], url)
 
 
 @dataclass
-class Exchange:
+class ModelExchange:
     """One question to the model, and its answer.
 
     Attributes:
@@ -77,7 +77,7 @@ class Exchange:
     rgb: npt.NDArray[np.uint8] | None
     name: str
     reply: Reply | None = None
-    frame: Frame | None = None
+    frame: EncodedFrame | None = None
 
 
 @dataclass(frozen=True)
@@ -123,11 +123,11 @@ class ConversationWriter:
         settings: the agent's settings.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: ModelSettings) -> None:
         self._settings = settings
 
     def conversation(
-        self, system: str, exchanges: Iterable[Exchange], question: Exchange, form: dict[str, Any]
+        self, system: str, exchanges: Iterable[ModelExchange], question: ModelExchange, form: dict[str, Any]
     ) -> Conversation:
         """Return the conversation of a system prompt, earlier exchanges, and a question."""
         sent: list[dict[str, Any]] = [{"role": "system", "content": system}]
@@ -142,7 +142,7 @@ class ConversationWriter:
                 traced += said
         return Conversation(tuple(sent), tuple(traced), form)
 
-    def _frame(self, exchange: Exchange) -> Frame | None:
+    def _frame(self, exchange: ModelExchange) -> EncodedFrame | None:
         if exchange.frame is None and exchange.rgb is not None:
             exchange.frame, exchange.rgb = encode(exchange.rgb, exchange.name, self._settings), None
         return exchange.frame

@@ -6,18 +6,18 @@ from typing import Any
 
 from arramon.strict_json import NotJsonError, read_json
 from arramon_agents.vlm.records import PaidReply
-from arramon_agents.vlm.replies import ACTIONS, Decision
+from arramon_agents.vlm.replies import ACTIONS, ModelDecision
 from arramon_agents.vlm.usage import Price
 
 LONGEST = 2048
 """Bytes of UTF-8 that a note may have as compact JSON."""
 
-NOOP = Decision("", ())
+NOOP = ModelDecision("", ())
 """What `read` returns for a step that was taken in place of an unusable reply."""
 
 
 def write(
-    decision: Decision | None, cause: str, replies: Sequence[PaidReply], price: Price | None, sight: str
+    decision: ModelDecision | None, cause: str, replies: Sequence[PaidReply], price: Price | None, sight: str
 ) -> dict[str, Any]:
     """Return the note of the step that begins a plan.
 
@@ -47,7 +47,7 @@ def write(
     return note
 
 
-def read(note: str | None, most: int) -> Decision | None:
+def read(note: str | None, most: int) -> ModelDecision | None:
     """Return the decision that a note holds; NOOP for a no-op's; None if it is no note of this agent.
 
     Args:
@@ -67,7 +67,7 @@ def read(note: str | None, most: int) -> Decision | None:
         return None
     if not all(isinstance(name, str) and name in ACTIONS for name in plan):
         return None
-    return Decision(thought, tuple(ACTIONS[name] for name in plan[:most]))
+    return ModelDecision(thought, tuple(ACTIONS[name] for name in plan[:most]))
 
 
 def _compact(note: Mapping[str, Any]) -> bytes:

@@ -55,7 +55,7 @@ class Reply:
 
 
 @dataclass(frozen=True)
-class Decision:
+class ModelDecision:
     """What a usable reply decides.
 
     Attributes:
@@ -138,7 +138,7 @@ def read_fields(reply: Reply, tool: str | None) -> Mapping[str, Any]:
     return content
 
 
-def read_decision(reply: Reply, answers: str, most: int) -> Decision:
+def read_decision(reply: Reply, answers: str, most: int) -> ModelDecision:
     """Return what a reply decides; actions beyond the `most` that were asked for are dropped.
 
     Raises:
@@ -150,7 +150,7 @@ def read_decision(reply: Reply, answers: str, most: int) -> Decision:
         raise UnusableReplyError("fields")
     if not all(isinstance(name, str) and name in ACTIONS for name in actions):
         raise UnusableReplyError("action")
-    return Decision(whole_characters(thought), tuple(ACTIONS[name] for name in actions[:most]))
+    return ModelDecision(whole_characters(thought), tuple(ACTIONS[name] for name in actions[:most]))
 
 
 def whole_characters(text: str) -> str:
@@ -196,7 +196,7 @@ def answer_form(answers: str, name: str, description: str, form: Mapping[str, An
     return {}
 
 
-def written(decision: Decision) -> str:
+def written(decision: ModelDecision) -> str:
     """Return a decision as the JSON that a model would answer, for the history of a restored episode."""
     fields = {"thought": decision.thought, "actions": [action.name.lower() for action in decision.plan]}
     return json.dumps(fields, ensure_ascii=False)

@@ -48,7 +48,7 @@ PLAYED = (
 
 
 @dataclass(frozen=True)
-class Settings:
+class ModelSettings:
     """The arguments of `make_agent`, checked."""
 
     model: str
@@ -83,7 +83,7 @@ class Settings:
         return {name: _typed(value) for name, value in values.items() if value != defaults[name]}
 
 
-def read_settings(given: Mapping[str, object]) -> Settings:
+def read_settings(given: Mapping[str, object]) -> ModelSettings:
     """Return the settings after checking each argument.
 
     Raises:
@@ -102,14 +102,14 @@ def read_settings(given: Mapping[str, object]) -> Settings:
             raise _wrong(name, value, 'a JSON object, e.g. {"reasoning_effort":"low"}')
         elif name not in ("images", "extra") and not (isinstance(value, str) and value):
             raise _wrong(name, value, "a text that is not empty")
-    settings = Settings(**given)  # type: ignore[arg-type]
+    settings = ModelSettings(**given)  # type: ignore[arg-type]
     _check_endpoint(settings.endpoint)
     if settings.max_cost is not None and settings.prices is None:
         raise AgentLoadError("agents.vlm: max_cost needs prices=FILE, or the cost of a call is unknown")
     return settings
 
 
-def read_key(settings: Settings) -> str:
+def read_key(settings: ModelSettings) -> str:
     """Return the key from the environment; "none" for an endpoint of one's own that needs none.
 
     Raises:
@@ -119,7 +119,7 @@ def read_key(settings: Settings) -> str:
     name = settings.key_variable
     key = os.environ.get(name, "").strip()
     if not key:
-        if settings.endpoint == DEFAULT_ENDPOINT or name != Settings.key_variable:
+        if settings.endpoint == DEFAULT_ENDPOINT or name != ModelSettings.key_variable:
             raise AgentLoadError(
                 f"agents.vlm: no key in the environment variable {name}: set it (export {name}=...), or name another "
                 "with --agent-arg key_variable=NAME; a key is never an argument, as arguments are public with the run"

@@ -13,7 +13,7 @@ from arramon_client.errors import StopRun
 SUFFIX = ".vlm.jsonl"
 
 
-class Trace:
+class CallTrace:
     """The open trace of a run; one process at a time may hold it.
 
     Args:

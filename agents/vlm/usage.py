@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from arramon_agents.vlm.settings import Settings
+from arramon_agents.vlm.settings import ModelSettings
 from arramon_client.errors import AgentLoadError, StopRun
 
 
@@ -105,7 +105,7 @@ def read_price(path: str | None, model: str) -> Price | None:
 
 
 @dataclass
-class Usage:
+class ModelUsage:
     """What a run has used so far, with its limits.
 
     Attributes:
@@ -116,7 +116,7 @@ class Usage:
         seconds: duration of all calls together.
     """
 
-    settings: Settings
+    settings: ModelSettings
     price: Price | None
     calls: int = 0
     attempts: int = 0

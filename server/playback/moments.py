@@ -31,7 +31,7 @@ ABOUT = 150.0
 """Angle between the headings of two moves from which the agent has turned about, in degrees."""
 
 
-class Mark(StrEnum):
+class MomentMark(StrEnum):
     """What stands out in a moment."""
 
     LEFT = "left"
@@ -67,7 +67,7 @@ class Moment:
     events: tuple[Event, ...]
     distance: float
     ndtw: float
-    marks: tuple[Mark, ...] = ()
+    marks: tuple[MomentMark, ...] = ()
 
 
 class Playback:
@@ -123,7 +123,7 @@ class Playback:
             after, events = rules.step(before, action, self.episode.layout, self._collisions, self._limits)
             marks = (*self._latest.marks, *_marks_of(events))
             if self._turn.turns_about(before, events):
-                marks += (Mark.ABOUT,)
+                marks += (MomentMark.ABOUT,)
             self._past.append(replace(self._latest, action=action, events=events, marks=marks))
             self._latest = self._at(after)
 
@@ -165,7 +165,7 @@ class _TurnProgress:
         self._place: Point2 | None = None
         self._heading: float | None = None
 
-    def walk_to(self, place: Point2) -> tuple[Mark, ...]:
+    def walk_to(self, place: Point2) -> tuple[MomentMark, ...]:
         """Extend the path; return LEFT or BACK if it has left the reference or is back."""
         if place == self._place:
             return ()
@@ -174,7 +174,7 @@ class _TurnProgress:
         was_off, self._is_off = self._is_off, distance_to_path(self._reference, place) > MAX_DEVIATION
         if was_off == self._is_off:
             return ()
-        return (Mark.LEFT,) if self._is_off else (Mark.BACK,)
+        return (MomentMark.LEFT,) if self._is_off else (MomentMark.BACK,)
 
     def turns_about(self, before: State, events: Sequence[Event]) -> bool:
         """Return whether a step in the street moves back, and remember its heading if it moves."""
@@ -195,16 +195,16 @@ def distance_to_path(path: "np.typing.NDArray[np.float64]", place: Point2) -> fl
     return float(np.hypot(*(starts + shares[:, None] * along - here).T).min())
 
 
-def _marks_of(events: Sequence[Event]) -> tuple[Mark, ...]:
-    found = list[Mark]()
+def _marks_of(events: Sequence[Event]) -> tuple[MomentMark, ...]:
+    found = list[MomentMark]()
     for event in events:
         match event:
             case Blocked():
-                found.append(Mark.BLOCKED)
+                found.append(MomentMark.BLOCKED)
             case PickedUp():
-                found.append(Mark.PICKED_UP)
+                found.append(MomentMark.PICKED_UP)
             case Placed():
-                found.append(Mark.PLACED)
+                found.append(MomentMark.PLACED)
             case PhaseEnded(forced=True):
-                found.append(Mark.FORCED)
+                found.append(MomentMark.FORCED)
     return tuple(dict.fromkeys(found))

@@ -52,7 +52,7 @@ def test_missing_initial_turn_is_reported(run: Run) -> None:
 def test_unknown_languages_and_targets_are_refused(run: Run) -> None:
     assert run("--phase", "navigation", "--lang", "xx", MUG)[0::2] == (
         1,
-        "arramon-server: no language 'xx'; there are en, hi\n",
+        "arramon-server: no language 'xx'; there are en, hi, te\n",
     )
     status, _, said = run("--phase", "navigation", "--target", "wall", MUG)
     assert status == 1

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from arramon_client import Run
-from arramon_client.adapters.episode_runs import EpisodeRuns, PlayedEpisode
+from arramon_client.adapters.episode_runs import AdapterEpisode, EpisodeRuns
 from arramon_client.adapters.host import Host
 from arramon_client.adapters.model_view import actions_of, observation_text, picture
 from arramon_client.adapters.results import headline, run_result
@@ -38,7 +38,7 @@ def server(data: Path) -> Iterator[Server]:
     assert server.stop() == 0
 
 
-async def finish(played: PlayedEpisode, actions: tuple[int, ...]) -> dict[str, Any]:
+async def finish(played: AdapterEpisode, actions: tuple[int, ...]) -> dict[str, Any]:
     """Play some actions, and end the episode."""
     for step, action in enumerate(actions):
         await played.episode.act(step, action)

@@ -4,7 +4,7 @@ import pytest
 
 from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
-from arramon_server.playback.moments import Mark, Playback
+from arramon_server.playback.moments import MomentMark, Playback
 from arramon_server.playback.outcomes import outcomes_of
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.scoring.turn_outcomes import TurnOutcome
@@ -24,7 +24,7 @@ def playback(*actions: Action, episode: Episode | None = None, limits: Limits = 
     return made
 
 
-def marks(*actions: Action, limits: Limits = LIMITS) -> list[tuple[int, Mark]]:
+def marks(*actions: Action, limits: Limits = LIMITS) -> list[tuple[int, MomentMark]]:
     found = playback(*actions, limits=limits).moments
     return [(step, mark) for step, moment in enumerate(found) for mark in moment.marks]
 
@@ -67,23 +67,26 @@ def test_an_episode_that_grows_has_the_moments_of_one_that_is_read_at_once() -> 
 @pytest.mark.parametrize(
     ("actions", "expected"),
     [
-        (tiny.ACTIONS[:5], [(2, Mark.PICKED_UP), (4, Mark.PLACED)]),
+        (tiny.ACTIONS[:5], [(2, MomentMark.PICKED_UP), (4, MomentMark.PLACED)]),
         ((P, L), []),
-        ((F,) * 12, [(6, Mark.LEFT), (10, Mark.BLOCKED), (11, Mark.BLOCKED)]),
-        ((L, L, L, F, F, F, F, R, R, R, R, R, R, F), [(7, Mark.LEFT), (13, Mark.ABOUT), (14, Mark.BACK)]),
-        ((L, F, R, R, R, R, R, F), [(7, Mark.ABOUT)]),
+        ((F,) * 12, [(6, MomentMark.LEFT), (10, MomentMark.BLOCKED), (11, MomentMark.BLOCKED)]),
+        (
+            (L, L, L, F, F, F, F, R, R, R, R, R, R, F),
+            [(7, MomentMark.LEFT), (13, MomentMark.ABOUT), (14, MomentMark.BACK)],
+        ),
+        ((L, F, R, R, R, R, R, F), [(7, MomentMark.ABOUT)]),
         ((F, L, L, L, F), []),
     ],
 )
-def test_marks(actions: tuple[Action, ...], expected: list[tuple[int, Mark]]) -> None:
+def test_marks(actions: tuple[Action, ...], expected: list[tuple[int, MomentMark]]) -> None:
     assert marks(*actions) == expected
 
 
 def test_limits_are_marked() -> None:
-    assert marks(L, L, limits=Limits(2)) == [(1, Mark.PICKED_UP), (1, Mark.FORCED)]
+    assert marks(L, L, limits=Limits(2)) == [(1, MomentMark.PICKED_UP), (1, MomentMark.FORCED)]
     ended = playback(F)
     ended.end_at_time_limit()
-    assert ended.moments[-1].marks == (Mark.PICKED_UP, Mark.FORCED, Mark.PLACED)
+    assert ended.moments[-1].marks == (MomentMark.PICKED_UP, MomentMark.FORCED, MomentMark.PLACED)
     assert (ended.moments[-1].action, ended.steps) == (None, 1)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
-from arramon_server.playback.moments import Mark, Moment, Playback
+from arramon_server.playback.moments import Moment, MomentMark, Playback
 from arramon_server.sim.room import RoomCell
 from arramon_server.sim.rules import Blocked, Event, Phase, PhaseEnded, PickedUp, Placed
 from arramon_server.sim.section import Section
@@ -24,7 +24,7 @@ ACTIONS = {
 }
 """Names of the actions, as keys of texts."""
 
-TRUTH_MARKS = (Mark.LEFT, Mark.BACK)
+TRUTH_MARKS = (MomentMark.LEFT, MomentMark.BACK)
 """Marks that tell something of the reference path."""
 
 

@@ -6,7 +6,7 @@ from urllib.parse import quote
 
 from arramon_client.world import PHASES, TURNS
 from arramon_server.errors import NotFound, quoted
-from arramon_server.playback.moments import Mark, Moment
+from arramon_server.playback.moments import Moment, MomentMark
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.visible_text import shown
@@ -153,15 +153,15 @@ class WatchPart:
             for phase in PHASES
         }
 
-    def _events(self, moments: Sequence[Moment], watched: WatchedEpisode) -> list[tuple[int, Mark]]:
+    def _events(self, moments: Sequence[Moment], watched: WatchedEpisode) -> list[tuple[int, MomentMark]]:
         """Return the steps at which something stands out, with what; of blocked steps in a row the first."""
-        found = list[tuple[int, Mark]]()
+        found = list[tuple[int, MomentMark]]()
         blocked = -2
         for step, moment in enumerate(moments):
             for mark in moment.marks:
                 if mark in TRUTH_MARKS and not watched.shows_truth:
                     continue
-                if mark is Mark.BLOCKED:
+                if mark is MomentMark.BLOCKED:
                     was, blocked = blocked, step
                     if was == step - 1:
                         continue

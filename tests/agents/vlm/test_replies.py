@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_agents.vlm.replies import Decision, Reply, UnusableReplyError, read_decision
+from arramon_agents.vlm.replies import ModelDecision, Reply, UnusableReplyError, read_decision
 from arramon_client.agent import Action
 
 F, L, R, P = Action
@@ -13,13 +13,13 @@ GOOD = '{"thought": "a mug", "actions": ["forward", "left"]}'
 @pytest.mark.parametrize(
     ("text", "decision"),
     [
-        (GOOD, Decision("a mug", (F, L))),
-        (f"\n {GOOD} \n", Decision("a mug", (F, L))),
-        ('{"actions": ["interact"]}', Decision("", (P,))),
-        ('{"actions": ["right","right","right","right","forward"]}', Decision("", (R, R, R))),
+        (GOOD, ModelDecision("a mug", (F, L))),
+        (f"\n {GOOD} \n", ModelDecision("a mug", (F, L))),
+        ('{"actions": ["interact"]}', ModelDecision("", (P,))),
+        ('{"actions": ["right","right","right","right","forward"]}', ModelDecision("", (R, R, R))),
     ],
 )
-def test_usable_texts(text: str, decision: Decision) -> None:
+def test_usable_texts(text: str, decision: ModelDecision) -> None:
     assert read_decision(Reply(text), "schema", 3) == decision
 
 
@@ -74,7 +74,7 @@ def test_unusable_calls(calls: tuple[tuple[str, str], ...], text: str, cause: st
 
 
 def test_a_usable_call() -> None:
-    assert read_decision(Reply("Some words.", (("act", GOOD),)), "tools", 3) == Decision("a mug", (F, L))
+    assert read_decision(Reply("Some words.", (("act", GOOD),)), "tools", 3) == ModelDecision("a mug", (F, L))
 
 
 def test_a_thought_with_half_a_character_can_be_stored() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from arramon_agents.vlm import make_agent
-from arramon_agents.vlm.trace import Trace
+from arramon_agents.vlm.trace import CallTrace
 from arramon_client.errors import StopRun
 from benchmarks.agents.fake_endpoint import FakeEndpoint, Response, plan
 from tests.agents.vlm import helpers
@@ -20,12 +20,12 @@ from tests.agents.vlm.conftest import MakeAgent
 
 def test_records_come_back_and_an_incomplete_line_is_removed(tmp_path: Path) -> None:
     path = tmp_path / "r.vlm.jsonl"
-    trace = Trace(path)
+    trace = CallTrace(path)
     assert trace.write({"kind": "call", "said": "मग\n"})
     trace.close()
     with path.open("ab") as file:
         file.write(b'{"kind": "ca')
-    trace = Trace(path)
+    trace = CallTrace(path)
     assert trace.records == [{"kind": "call", "said": "मग\n"}]
     assert trace.write({"kind": "more"})
     trace.close()
@@ -40,23 +40,23 @@ def test_another_file_is_left_as_it_is(tmp_path: Path, content: bytes, message: 
     path = tmp_path / "r.vlm.jsonl"
     path.write_bytes(content)
     with pytest.raises(StopRun, match=message):
-        Trace(path)
+        CallTrace(path)
     assert path.read_bytes() == content
 
 
 def test_two_processes_cannot_write_one_trace(tmp_path: Path) -> None:
-    first = Trace(tmp_path / "r.vlm.jsonl")
+    first = CallTrace(tmp_path / "r.vlm.jsonl")
     with pytest.raises(StopRun, match=r"another process plays this run and writes .*--agent-arg trace=DIR"):
-        Trace(tmp_path / "r.vlm.jsonl")
-    Trace(tmp_path / "other.vlm.jsonl").close()
+        CallTrace(tmp_path / "r.vlm.jsonl")
+    CallTrace(tmp_path / "other.vlm.jsonl").close()
     first.close()
-    Trace(tmp_path / "r.vlm.jsonl").close()
+    CallTrace(tmp_path / "r.vlm.jsonl").close()
 
 
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "r.vlm.jsonl").mkdir()
     with pytest.raises(StopRun, match="cannot be written: Is a directory"):
-        Trace(tmp_path / "r.vlm.jsonl")
+        CallTrace(tmp_path / "r.vlm.jsonl")
 
 
 def fill(monkeypatch: pytest.MonkeyPatch, after: int) -> None:
@@ -108,7 +108,7 @@ def test_a_full_disk_uses_the_paid_answer_and_pays_no_further_one(
 
 def test_a_line_that_is_lost_is_not_forgotten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A shorter line may fit on the disk after it."""
-    trace = Trace(tmp_path / "r.vlm.jsonl")
+    trace = CallTrace(tmp_path / "r.vlm.jsonl")
     with monkeypatch.context() as patch:
         fill(patch, 10)
         assert not trace.write({"kind": "call", "answer": "x" * 100})
@@ -124,7 +124,7 @@ def test_the_folder_of_the_trace(
 ) -> None:
     """The argument, or else the folder of the run's results, or else the default one."""
     monkeypatch.chdir(tmp_path)
-    argument = {"trace": "named"} if named else {}
+    argument: dict[str, Any] = {"trace": "named"} if named else {}
     folders = []
     for output in (Path("results"), None):
         agent = make_agent(model="m", endpoint=fake.url, sight="skip", **argument)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from arramon_agents.vlm.settings import read_settings
-from arramon_agents.vlm.usage import Price, Tokens, Usage, read_price, tokens_of
+from arramon_agents.vlm.usage import ModelUsage, Price, Tokens, read_price, tokens_of
 from arramon_client.agent import Episode
 from arramon_client.errors import AgentError, AgentLoadError, StopRun
 from benchmarks.agents.fake_endpoint import FakeEndpoint, completion, error
@@ -70,8 +70,8 @@ def test_faults_of_a_price_file(text: str, message: str, tmp_path: Path) -> None
     assert message in str(caught.value)
 
 
-def usage(price: Price | None = None, **limits: Any) -> Usage:
-    return Usage(read_settings({"model": "m", "prices": "p" if price else None, **limits}), price)
+def usage(price: Price | None = None, **limits: Any) -> ModelUsage:
+    return ModelUsage(read_settings({"model": "m", "prices": "p" if price else None, **limits}), price)
 
 
 def test_unknown_tokens_make_the_totals_unknown() -> None:
@@ -228,7 +228,7 @@ def test_failed_attempts_are_counted_also_after_a_resumption(made: MakeAgent, fa
     ],
 )  # fmt: skip
 def test_summary(given: dict[str, Any], tokens: list[Tokens | None], line: str) -> None:
-    used = Usage(read_settings({"model": "m"}), given.get("price"))
+    used = ModelUsage(read_settings({"model": "m"}), given.get("price"))
     for each in tokens:
         used.add(each, 1, 0.1)
     assert used.summary() == line

@@ -6,7 +6,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 import pytest
 from mcp import Client
 
-from arramon_client.mcp.backend import Backend
+from arramon_client.mcp.backend import RunServer
 from arramon_client.mcp.open_runs import OpenRuns
 from arramon_client.mcp.server import make_server
 from arramon_client.mcp.tools import Tools
@@ -21,7 +21,7 @@ async def tools_on(
     address: str, mode: str = "auto", parallel: int = 1, patience: float = 10.0, token: str | None = None
 ) -> AsyncIterator[Client]:
     """Connect to a new process of the tools, as it were, on a server."""
-    backend = Backend(ServerOptions(server=address, notify=lambda _: None, token=token))
+    backend = RunServer(ServerOptions(server=address, notify=lambda _: None, token=token))
     runs = OpenRuns(backend, PlayOptions(patience=patience), parallel)
     try:
         async with Client(make_server(Tools(runs)), mode=mode) as client:

@@ -27,7 +27,7 @@ class EpisodeRuns:
         self._whole: AsyncRun | None = None
         self._rest: AsyncIterator[AsyncRunEpisode] | None = None
 
-    async def open(self, episode_id: str) -> "PlayedEpisode":
+    async def open(self, episode_id: str) -> "AdapterEpisode":
         """Begin an episode.
 
         Args:
@@ -42,7 +42,7 @@ class EpisodeRuns:
             run = await AsyncRun.create(
                 language=host.language, agent=host.agent, **host.run_options(episode_id) | {"parallel": 1}
             )
-            return PlayedEpisode(run, await anext(run.episodes()), owns_run=True)
+            return AdapterEpisode(run, await anext(run.episodes()), owns_run=True)
         async with self._lock:
             if self._whole is None:
                 options = host.run_options(None) | {"parallel": self._parallel}
@@ -52,10 +52,10 @@ class EpisodeRuns:
             episode = await anext(self._rest, None)
         if episode is None:
             raise UsageError(f"the hidden split {host.split!r} has no more episodes in this run")
-        return PlayedEpisode(self._whole, episode, owns_run=False)
+        return AdapterEpisode(self._whole, episode, owns_run=False)
 
 
-class PlayedEpisode:
+class AdapterEpisode:
     """An episode that is being played.
 
     Attributes:

@@ -43,7 +43,7 @@ def arramon(
     data: str | None = None,
     episodes: int = 0,
     agent: str = "inspect",
-    image_size: int = 0,
+    image_size: int | None = None,
 ) -> Task:
     """Return the task.
 
@@ -54,7 +54,7 @@ def arramon(
         data: data folder of the embedded server.
         episodes: number of episodes, from the start of the split's fixed order; 0 for all. A hidden split is whole.
         agent: name of the agent, shown on the leaderboard.
-        image_size: side length of images in pixels; 0 for the server's.
+        image_size: side length of images in pixels; None for the server's.
 
     Raises:
         UsageError: if the server does not have what the arguments name.

@@ -44,7 +44,7 @@ class ArramonTasksetConfig(vf.TasksetConfig):
     """Data folder of the embedded server."""
     agent: str = "verifiers"
     """Name of the agent, shown on the leaderboard."""
-    image_size: int = 0
+    image_size: int | None = None
     """Side length of images in pixels; 0 for the server's."""
 
 

@@ -15,7 +15,7 @@ CHECK_SECONDS = 0.5
 """Time between checks whether an embedded server has died."""
 
 
-class Backend:
+class RunServer:
     """The server of all runs.
 
     Args:

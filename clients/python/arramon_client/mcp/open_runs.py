@@ -13,7 +13,7 @@ from arramon_client.errors import (
     StepSpentError,
     UsageError,
 )
-from arramon_client.mcp.backend import Backend
+from arramon_client.mcp.backend import RunServer
 from arramon_client.runs.async_run import AsyncRun, AsyncRunEpisode
 from arramon_client.runs.info import RunInfo
 from arramon_client.runs.options import CreateOptions, PlayOptions
@@ -144,7 +144,7 @@ class OpenRuns:
         parallel: largest number of open episodes of a run.
     """
 
-    def __init__(self, backend: Backend, options: PlayOptions, parallel: int) -> None:
+    def __init__(self, backend: RunServer, options: PlayOptions, parallel: int) -> None:
         self._backend, self._options, self._parallel = backend, options, parallel
         self._open: dict[str, OpenRun] = {}
         self._opening: dict[str, asyncio.Task[OpenRun]] = {}

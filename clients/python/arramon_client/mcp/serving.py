@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from arramon_client.mcp.backend import Backend
+from arramon_client.mcp.backend import RunServer
 from arramon_client.mcp.open_runs import OpenRuns
 from arramon_client.mcp.server import make_server
 from arramon_client.mcp.tools import Tools
@@ -31,7 +31,7 @@ async def serve(
     Raises:
         UsageError: if the address cannot be used.
     """
-    runs = OpenRuns(Backend(backend), options, parallel)
+    runs = OpenRuns(RunServer(backend), options, parallel)
     server = make_server(Tools(runs))
     try:
         if http is None:

@@ -35,7 +35,7 @@ from arramon_client.world import Action
 
 
 @dataclass(frozen=True)
-class Picture:
+class EncodedPicture:
     """An image of a result.
 
     Attributes:
@@ -52,7 +52,7 @@ class ToolResult:
     """The result of a tool: structured data, and images."""
 
     data: BaseModel
-    pictures: Sequence[Picture] = ()
+    pictures: Sequence[EncodedPicture] = ()
 
 
 class Tools:
@@ -109,12 +109,13 @@ class Tools:
             episode = await opened.episode(given.episode)
             if episode is None:
                 view = await _missing(opened, given.episode)
-                return ToolResult(_play_view(ActView, opened, view, taken=0, stopped=""))
+                end = await _recorded_steps(opened, given.episode)  # This call may repeat one whose answer was lost.
+                return ToolResult(_play_view(ActView, opened, view, taken=_taken(end, given), stopped=""))
             after = await episode.act(given.step, actions, given.note or None)
             reason = episode.stop_reason  # Before anything else is awaited: the next act resets it.
             stopped = opened.plan_stopped(episode.episode_id, given.step, actions, reason)
             end = len(episode.actions) if after is None else after.step
-            taken = min(max(end - given.step, 0), len(actions))
+            taken = _taken(end, given)
             return await self._shown(ActView, opened, episode, after, given, taken=taken, stopped=stopped)
 
         return await self._runs.use(given.run, work)
@@ -170,7 +171,7 @@ class Tools:
         names = chosen_images(given.images, opened.run.info.sensors)
         files = [picture(seen, name, given.image_format, given.image_size) for name in names]
         shown = episode_view(episode, seen, [f"{name} ({given.image_format})" for name in names])
-        pictures = [Picture(file, f"image/{given.image_format}") for file in files]
+        pictures = [EncodedPicture(file, f"image/{given.image_format}") for file in files]
         return ToolResult(_play_view(view, opened, shown, **more), pictures)
 
 
@@ -197,6 +198,17 @@ async def _missing(opened: OpenRun, episode_id: str) -> EpisodeView:
         f"episode {episode_id!r} of run {opened.run.run_id} is not open: it has ended, has not begun, or does not "
         f"exist. This call took no step. Open episodes: {now}. Call `look` with the run alone to go on"
     )
+
+
+async def _recorded_steps(opened: OpenRun, episode_id: str) -> int:
+    """Return the number of steps of an episode of a run that is over; 0 on a hidden split, which hides it."""
+    report = await opened.run.report()
+    return next((each["steps"] for each in report["episodes"] if each["episode_id"] == episode_id), 0)
+
+
+def _taken(end: int, given: ActArguments) -> int:
+    """Return how many actions of a call are recorded, if its episode has this number of steps."""
+    return min(max(end - given.step, 0), len(given.actions))
 
 
 def _play_view(view: type[PlayView], opened: OpenRun, episode: EpisodeView | None, **more: Any) -> PlayView:

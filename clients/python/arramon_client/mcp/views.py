@@ -72,7 +72,9 @@ class PlayView(BaseModel):
 class ActView(PlayView):
     """The result of an act."""
 
-    taken: Annotated[int, Field(description="Number of the actions that are recorded, from the step on.")]
+    taken: Annotated[
+        int, Field(description="Number of the actions that are recorded, from the step on; 0 if a hidden run is over.")
+    ]
     stopped: Annotated[str, Field(description="Why a plan stopped before its last action; empty if it did not.")]
 
 

@@ -29,7 +29,7 @@ def make_app() -> FastAPI:
         agent=given("ARRAMON_AGENT", "openenv"),
         server=given("ARRAMON_SERVER"),
         sensors=("rgb",),
-        image_size=int(given("ARRAMON_IMAGE_SIZE", "0")),
+        image_size=int(given("ARRAMON_IMAGE_SIZE", "0")) or None,
     )
     return create_app(
         lambda: ArramonEnvironment(host),
