@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from mcp import Client
 
+from arramon_client.world import Action
 from tests import tiny
 from tests.client.mcp.players import Player
 from tests.client.mcp.processes import START, STEPS, HttpProcess, StdioProcess, check_same
@@ -95,3 +96,21 @@ def test_reset_connections_take_no_step_twice(server: Server, mode: str, number:
 def test_killed_processes_of_a_host_take_no_step_twice(server: Server, tmp_path: Path) -> None:
     process = StdioProcess(tmp_path, "--server", server.address)
     play(server, lambda: Client(process.parameters, read_timeout_seconds=60), 20, process.restart)
+
+
+def test_acts_of_a_run_that_is_over_are_answered_again_by_another_process(server: Server) -> None:
+    """The answer to the last one may have been lost with the process that was asked."""
+    process = HttpProcess(server.address)
+
+    async def play() -> None:
+        async with Player(lambda: Client(process.url, read_timeout_seconds=60)) as player:
+            run: str = (await player.data("start", **START))["run"]["id"]
+            await player.play(run)
+            process.restart()
+            for episode, actions in player.acts.items():
+                last = {"step": len(actions) - 1, "actions": [Action(actions[-1]).name]}
+                again = await player.data("act", run=run, episode=episode, **last, images=[])
+                assert (again["taken"], again["episode"]["ended"]) == (1, True)
+
+    asyncio.run(play())
+    assert process.stop() == 143
