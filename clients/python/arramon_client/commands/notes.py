@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client.commands.base import run
 from arramon_client.commands.server_options import add_server, server_of
-from arramon_client.errors import NotArramonError, ProtocolError
+from arramon_client.errors import NotArramonError
 from arramon_client.output import print_json
 from arramon_client.transport.connection import Server, call
+from arramon_client.transport.pages import read_pages
 
 MAX_PAGES = 100_000
 """Maximum number of pages that are read; a run's notes fill far fewer."""
@@ -40,19 +41,16 @@ def notes_of(server: Server, run_id: str, episode_id: str = "") -> Iterator[pb.N
     Raises:
         ArramonClientError: if there is no such run or episode, or the caller may not read its notes.
     """
-    request = pb.ListNotesRequest(run_id=run_id, episode_id=episode_id)
-    for _ in range(MAX_PAGES):
+
+    def read(token: str) -> tuple[Sequence[pb.Note], str]:
+        request = pb.ListNotesRequest(run_id=run_id, episode_id=episode_id, page_token=token)
         try:
             page = call(server.stub.ListNotes, request, server.address)
         except NotArramonError as error:
             raise NotArramonError(f"the server at {server.address} is of an earlier release, without notes") from error
-        yield from page.notes
-        if not page.next_page_token:
-            return
-        if not page.notes or page.next_page_token == request.page_token:
-            break
-        request.page_token = page.next_page_token
-    raise ProtocolError(f"the server has pages of notes without end: an empty, repeated one, or over {MAX_PAGES}")
+        return page.notes, page.next_page_token
+
+    return read_pages(read, "notes", MAX_PAGES)
 
 
 def _main(options: argparse.Namespace) -> None:

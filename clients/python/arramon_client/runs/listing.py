@@ -1,10 +1,10 @@
 """The runs that a caller may see, and the episodes of a split, read page by page."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from arramon.v1 import evaluation_pb2
-from arramon_client.errors import ProtocolError
 from arramon_client.transport.connection import Server, call
+from arramon_client.transport.pages import read_pages
 
 PAGE, MAX_PAGES = 100, 10_000
 """Number of runs per page, and maximum number of pages that are read."""
@@ -16,16 +16,13 @@ def listed_runs(server: Server) -> Iterator[evaluation_pb2.Run]:
     Raises:
         ArramonClientError: if the server refuses, or does not answer.
     """
-    request = evaluation_pb2.ListRunsRequest(page_size=PAGE)
-    for _ in range(MAX_PAGES):
+
+    def read(token: str) -> tuple[Sequence[evaluation_pb2.Run], str]:
+        request = evaluation_pb2.ListRunsRequest(page_size=PAGE, page_token=token)
         page = call(server.stub.ListRuns, request, server.address)
-        yield from page.runs
-        if not page.next_page_token:
-            return
-        if not page.runs or page.next_page_token == request.page_token:
-            break
-        request.page_token = page.next_page_token
-    raise ProtocolError(f"the server has pages of runs without end: an empty or repeated one, or more than {MAX_PAGES}")
+        return page.runs, page.next_page_token
+
+    return read_pages(read, "runs", MAX_PAGES)
 
 
 def listed_episodes(server: Server, split: str, language: str) -> Iterator[evaluation_pb2.ListedEpisode]:
@@ -34,13 +31,10 @@ def listed_episodes(server: Server, split: str, language: str) -> Iterator[evalu
     Raises:
         ArramonClientError: if the server refuses, as for a hidden split, or does not answer.
     """
-    request = evaluation_pb2.ListEpisodesRequest(split=split, language=language)
-    for _ in range(MAX_PAGES):
+
+    def read(token: str) -> tuple[Sequence[evaluation_pb2.ListedEpisode], str]:
+        request = evaluation_pb2.ListEpisodesRequest(split=split, language=language, page_token=token)
         page = call(server.stub.ListEpisodes, request, server.address)
-        yield from page.episodes
-        if not page.next_page_token:
-            return
-        if not page.episodes or page.next_page_token == request.page_token:
-            break
-        request.page_token = page.next_page_token
-    raise ProtocolError(f"the server has pages of episodes without end: empty or repeated, or more than {MAX_PAGES}")
+        return page.episodes, page.next_page_token
+
+    return read_pages(read, "episodes", MAX_PAGES)
