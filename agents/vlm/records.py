@@ -45,16 +45,9 @@ def call_record(
         completion: what came.
         cause: why the reply cannot be used; empty if it can.
     """
-    episode_id, step, prompt = key
     reply, tokens = completion.reply, completion.tokens
     return {
-        "kind": "call",
-        "time": round(time.time(), 3),
-        "purpose": purpose,
-        "episode": episode_id,
-        "step": step,
-        "prompt": prompt,
-        "messages": list(conversation.traced),
+        **_question("call", purpose, key, conversation),
         "answer": {"text": reply.text, "calls": [list(call) for call in reply.calls], "ids": list(reply.call_ids)},
         "finish": reply.finish,
         "refused": reply.refused,
@@ -69,15 +62,8 @@ def call_record(
 
 def failure_record(purpose: str, key: Key, conversation: Conversation, failed: FailedCallError) -> dict[str, Any]:
     """Return the record of a call that got no answer."""
-    episode_id, step, prompt = key
     return {
-        "kind": "failure",
-        "time": round(time.time(), 3),
-        "purpose": purpose,
-        "episode": episode_id,
-        "step": step,
-        "prompt": prompt,
-        "messages": list(conversation.traced),
+        **_question("failure", purpose, key, conversation),
         "attempts": len(failed.failures),
         "failures": list(failed.failures),
         "error": str(failed),
@@ -135,3 +121,17 @@ class PaidReplies:
     def find(self, episode_id: str, step: int, prompt: str) -> PaidReply | None:
         """Return the reply to a conversation; None if it was never paid."""
         return next((paid for paid in self.at(episode_id, step) if paid.prompt == prompt), None)
+
+
+def _question(kind: str, purpose: str, key: Key, conversation: Conversation) -> dict[str, Any]:
+    """Return what the records of calls with and without an answer have in common."""
+    episode_id, step, prompt = key
+    return {
+        "kind": kind,
+        "time": round(time.time(), 3),
+        "purpose": purpose,
+        "episode": episode_id,
+        "step": step,
+        "prompt": prompt,
+        "messages": list(conversation.traced),
+    }
