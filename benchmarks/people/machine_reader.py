@@ -12,7 +12,6 @@ a reader the streets; DIR/sheets has a picture with all frames of each press.
 """
 
 import argparse
-import sys
 from pathlib import Path
 
 from benchmarks.people.reader_folder import LETTERS, MAX_KEYS, ReaderError, ask
@@ -68,7 +67,7 @@ def main() -> None:
 
                 print(score_table(options.address))
     except ReaderError as error:
-        sys.exit(str(error))
+        parser.exit(1, f"{error}\n")
 
 
 if __name__ == "__main__":

@@ -87,7 +87,7 @@ class PageConnection:
             await self._changed.wait_for(lambda: self.shown is not None or bool(self.over))
 
     async def press(self, letters: str) -> tuple[list[str], list[tuple[str, Shown]]]:
-        """Press keys one after the other, until one does something that a person would look at first.
+        """Press keys one after the other, after the first frame, until one does something that a person would look at first.
 
         Args:
             letters: of `KEYS`.
@@ -95,7 +95,6 @@ class PageConnection:
         Returns:
             A line of text for each key, and the states that they led to, each with a caption.
         """
-        await self.first()
         lines: list[str] = []
         passed: list[tuple[str, Shown]] = []
         for number, letter in enumerate(letters, start=1):

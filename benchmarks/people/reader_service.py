@@ -7,8 +7,8 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from benchmarks.people.page_connection import PageConnection
-from benchmarks.people.page_state import state_text
+from benchmarks.people.page_connection import ANSWER_SECONDS, PageConnection
+from benchmarks.people.page_state import say, state_text
 from benchmarks.people.reader_folder import OVER, PREFIX, RUN, SOCKET, ReaderError, is_served, read_run, write_run
 from benchmarks.people.sheet import write_sheet
 
@@ -22,9 +22,9 @@ def serve(options: Namespace) -> str:
     folder: Path = options.folder
     for name in ("frames", "sheets"):
         (folder / name).mkdir(parents=True, exist_ok=True)
-    settings = _settings(options)
     if is_served(folder):
         raise ReaderError(f"another process serves {folder}; press its keys, or name another folder")
+    settings = _settings(options)
     with contextlib.chdir(folder):  # Addresses of Unix sockets are short.
         for name in (SOCKET, OVER):
             Path(name).unlink(missing_ok=True)
@@ -62,8 +62,12 @@ async def _serve(settings: dict[str, Any], folder: Path) -> str:
 
 
 async def _answer(page: PageConnection, letters: str, folder: Path) -> str:
+    try:
+        async with asyncio.timeout(ANSWER_SECONDS):
+            await page.first()
+    except TimeoutError:
+        return say("lost") + "\n"
     lines, passed = await page.press(letters)
-    await page.first()
     if page.over:
         return "\n".join([*lines, page.over, ""])
     assert page.shown is not None
@@ -92,6 +96,8 @@ def _settings(options: Namespace) -> dict[str, Any]:
         write_run(options.folder, settings)
         return settings
     found = read_run(options.folder)
-    if any(found[name] != value for name, value in asked.items()):
-        raise ReaderError(f"{options.folder} plays another run: {found}; expected {asked}. Name another folder")
+    differing = [name for name, value in asked.items() if found[name] != value]
+    if differing:
+        what = "; ".join(f"{name} is {found[name]}, expected {asked[name]}" for name in differing)
+        raise ReaderError(f"{options.folder} plays another run: {what}. Name another folder, or give the same options")
     return found
