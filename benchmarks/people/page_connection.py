@@ -87,7 +87,7 @@ class PageConnection:
             await self._changed.wait_for(lambda: self.shown is not None or bool(self.over))
 
     async def press(self, letters: str) -> tuple[list[str], list[tuple[str, Shown]]]:
-        """Press keys one after the other, after the first frame, until one does something that a person would look at first.
+        """Press keys after the first frame, one by one, until one does what a person would look at first.
 
         Args:
             letters: of `KEYS`.
