@@ -1,6 +1,6 @@
 """Play as a person does, through the play page's WebSocket, by numbered keys, frames and texts alone.
 
-    python -m benchmarks.people.machine_reader serve --site URL --folder DIR --name NAME [--split S] [--language en]
+    python -m benchmarks.people.machine_reader serve --site URL --folder DIR --name NAME [--episodes 5]
     python -m benchmarks.people.machine_reader press DIR FFLR     # F forward, L left, R right, P pick up or place
     python -m benchmarks.people.machine_reader look DIR
     python -m benchmarks.people.machine_reader scores ADDRESS     # of finished runs, for hosts
