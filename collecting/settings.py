@@ -46,8 +46,8 @@ class DeviceRules(_Group):
     """
 
     keyboard_stages: tuple[Stage, ...] = ()
-    min_width: int = Field(360, ge=200, le=4000)
-    max_frame_ms: int = Field(1500, ge=50, le=60_000)
+    min_width: int = Field(default=360, ge=200, le=4000)
+    max_frame_ms: int = Field(default=1500, ge=50, le=60_000)
 
 
 class SmtpSettings(_Group):
@@ -61,11 +61,11 @@ class SmtpSettings(_Group):
         password_file: path of a file, readable by its owner only, whose content is the password.
     """
 
-    host: str = Field("", max_length=255)
-    port: int = Field(587, ge=1, le=65_535)
-    sender: str = Field("", max_length=320)
+    host: str = Field(default="", max_length=255)
+    port: int = Field(default=587, ge=1, le=65_535)
+    sender: str = Field(default="", max_length=320)
     security: Literal["starttls", "tls", "none"] = "starttls"
-    user: str = Field("", max_length=320)
+    user: str = Field(default="", max_length=320)
     password_file: str = ""
 
 
@@ -81,9 +81,9 @@ class PlatformStudy(_Group):
     """
 
     stages: tuple[Stage, ...] = STAGES
-    tasks: int = Field(1, ge=1, le=1000)
+    tasks: int = Field(default=1, ge=1, le=1000)
     code: str = Field(min_length=1, max_length=100)
-    return_url: str = Field("", max_length=500)
+    return_url: str = Field(default="", max_length=500)
 
 
 class PlatformSettings(_Group):
@@ -94,7 +94,7 @@ class PlatformSettings(_Group):
         studies: the studies by id.
     """
 
-    key: str = Field("", max_length=200)
+    key: str = Field(default="", max_length=200)
     studies: Mapping[str, PlatformStudy] = Field(default_factory=dict)
 
 
@@ -130,31 +130,31 @@ class Settings(_Group):
         platform: the crowd platform.
     """
 
-    verifiers: int = Field(3, ge=1, le=20)
+    verifiers: int = Field(default=3, ge=1, le=20)
     keep_ndtw: _Share = 0.2
     keep_ptc: _Share = 1.0
-    keep_needs: int = Field(1, ge=1, le=20)
-    review_flags: int = Field(2, ge=1, le=21)
+    keep_needs: int = Field(default=1, ge=1, le=20)
+    review_flags: int = Field(default=2, ge=1, le=21)
     pay_write: _Amount = 100
     pay_verify: _Amount = 20
     milestones: Mapping[int, _Amount] = Field(default_factory=lambda: {5: 10, 20: 90, 50: 400})
     pay_kept: _Amount = 10
-    currency: str = Field("USD", pattern="^[A-Z]{3}$")
-    currency_digits: int = Field(2, ge=0, le=3)
-    screening_attempts: int = Field(2, ge=1, le=20)
-    screening_pause_minutes: int = Field(60, ge=0, le=10_080)
+    currency: str = Field(default="USD", pattern="^[A-Z]{3}$")
+    currency_digits: int = Field(default=2, ge=0, le=3)
+    screening_attempts: int = Field(default=2, ge=1, le=20)
+    screening_pause_minutes: int = Field(default=60, ge=0, le=10_080)
     gold_share: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.1
     gold_episodes: tuple[str, ...] = ()
-    min_seconds_write: int = Field(60, ge=0, le=3600)
-    min_seconds_verify: int = Field(20, ge=0, le=3600)
-    task_minutes: int = Field(60, ge=1, le=10_080)
-    max_tasks: int = Field(0, ge=0, le=1_000_000)
-    max_characters: int = Field(1000, ge=50, le=10_000)
-    episodes: int = Field(0, ge=0, le=1_000_000)
+    min_seconds_write: int = Field(default=60, ge=0, le=3600)
+    min_seconds_verify: int = Field(default=20, ge=0, le=3600)
+    task_minutes: int = Field(default=60, ge=1, le=10_080)
+    max_tasks: int = Field(default=0, ge=0, le=1_000_000)
+    max_characters: int = Field(default=1000, ge=50, le=10_000)
+    episodes: int = Field(default=0, ge=0, le=1_000_000)
     device: DeviceRules = DeviceRules()
     page_languages: tuple[str, ...] = ()
-    licence: str = Field("CC-BY-4.0", min_length=1, max_length=200)
-    consent: str = Field(CONSENT, min_length=1, max_length=20_000)
+    licence: str = Field(default="CC-BY-4.0", min_length=1, max_length=200)
+    consent: str = Field(default=CONSENT, min_length=1, max_length=20_000)
     smtp: SmtpSettings = SmtpSettings()
     platform: PlatformSettings = PlatformSettings()
 

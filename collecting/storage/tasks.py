@@ -178,16 +178,23 @@ class Tasks:
             connection.execute(tasks.update().where(tasks.c.task_id == task_id).values(**values))
         return self.get(task_id)
 
-    def set_run(self, task_id: str, run_id: str) -> Task:
-        """Record the run in which an open verification is played; the first one stays.
+    def set_run(self, task_id: str, before: str | None, run_id: str) -> str:
+        """Record the run of an open verification, unless another tab was quicker; return the run that the task has.
+
+        Args:
+            task_id: the task.
+            before: id of the run that the task had; None for none. If it has another one now, that stays.
+            run_id: id of the new run.
 
         Raises:
             Conflict: if the task is not open any more.
         """
         with self._database.write() as connection:
-            if check_open(connection, task_id).run_id is None:
-                connection.execute(tasks.update().where(tasks.c.task_id == task_id).values(run_id=run_id))
-        return self.get(task_id)
+            found = check_open(connection, task_id)
+            if found.run_id != before:
+                return found.run_id or run_id
+            connection.execute(tasks.update().where(tasks.c.task_id == task_id).values(run_id=run_id))
+        return run_id
 
     def give_back(self, task_id: str) -> Task:
         """Return an open task to the pool. Its draft is kept.
@@ -265,7 +272,7 @@ class Tasks:
             if (chosen := choose(connection)) is None:
                 return None
             now, task_id = self._clock(), new_id()
-            row = {
+            row: dict[str, Any] = {
                 "task_id": task_id,
                 "collection": collection.name,
                 "stage": stage,
@@ -276,7 +283,8 @@ class Tasks:
                 "started_at": now,
                 "seen_at": now,
                 "position": {},
-            } | chosen
+                **chosen,
+            }
             connection.execute(tasks.insert(), [row])
         return self.get(task_id)
 

@@ -51,8 +51,9 @@ class Texts:
 
     def counts(self, collection: str) -> Counter[str]:
         """Return the number of texts in each state."""
-        query = sa.select(texts.c.state, sa.func.count()).where(texts.c.collection == collection)
-        return Counter({row[0]: row[1] for row in self._database.read(query.group_by(texts.c.state))})
+        query = sa.select(texts.c.state, sa.func.count().label("number")).where(texts.c.collection == collection)
+        rows = self._database.read(query.group_by(texts.c.state))
+        return Counter({row.state: row.number for row in rows})
 
     def add_imported(self, collection: Collection, instructions: Iterable[tuple[str, Instructions]]) -> int:
         """Add existing texts for a review, all or none; return their number.

@@ -46,7 +46,7 @@ class Field:
 
     def worker(self, **values: str) -> Worker:
         """Invite a worker, who agrees."""
-        invited, _ = self.store.workers.invite(self.collection, **values)  # type: ignore[arg-type]
+        invited, _ = self.store.workers.invite(self.collection, **values)
         self.store.workers.consent(invited, self.collection, keep_texts=True)
         return self.store.workers.get(invited.worker_id)
 
