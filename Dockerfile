@@ -18,6 +18,7 @@ COPY pyproject.toml README.md ./
 COPY src src
 COPY server server
 COPY dataset dataset
+COPY collecting collecting
 COPY packages packages
 COPY agents agents
 COPY lang lang

@@ -91,6 +91,15 @@ ALLOWED: dict[str, set[str]] = {
         "arramon_dataset.environments", "arramon_dataset.parallel",
         *client("agent", "environments"),  # What is exported are the observations of the client's environments.
     },
+    "arramon_collecting": {  # Pages of the server, and a host's commands: both may use what theirs use.
+        *SHARED, *WORLD,
+        *server("__version__", "board", "commands", "configuration", "episodes", "playback", "runs", "scoring", "web"),
+        "arramon_client", "arramon_dataset", "arramon_lang",
+    },
+    "arramon_collecting.rules": {*SHARED, *server("scoring"), "arramon_collecting.settings"},
+    "arramon_collecting.storage": {
+        *SHARED, *server("runs.storage"), "arramon_collecting.rules", "arramon_collecting.settings",
+    },
     "arramon_agents": {"arramon_client", "arramon", "arramon_lang"},
     "arramon_agents.pretrained": set(),
     "arramon_agents.perception": {
@@ -118,7 +127,7 @@ ALLOWED: dict[str, set[str]] = {
 }  # fmt: skip
 FOLDERS = {
     "arramon_server": "server", "arramon_dataset": "dataset", "arramon_agents": "agents", "arramon_lang": "lang",
-    "arramon_client": "clients/python/arramon_client",
+    "arramon_client": "clients/python/arramon_client", "arramon_collecting": "collecting",
 }  # fmt: skip
 OURS = (*FOLDERS, "arramon", "tests", "examples")
 
@@ -170,19 +179,21 @@ def test_every_server_package_has_an_import_rule() -> None:
 
 
 def test_the_server_imports_nothing_of_dataset_languages_and_agents() -> None:
-    """Neither its packages nor its command line, nor modules such as `backup`: other packages register commands."""
+    """Neither its packages nor its command line, nor modules such as `backup`: others register commands and pages."""
     found = list((ROOT / "server").rglob("*.py"))
     assert found
     for path in found:
         for name in imports(path):
             top = name.split(".")[0]
-            assert top not in {"arramon_dataset", "arramon_lang", "arramon_agents"}, f"{path} imports {name}"
+            others = {"arramon_collecting", "arramon_dataset", "arramon_lang", "arramon_agents"}
+            assert top not in others, f"{path} imports {name}"
 
 
 def test_serve_starts_where_no_other_package_is_installed(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     code = (
-        "import sys; sys.modules.update(dict.fromkeys(['arramon_dataset', 'arramon_lang', 'arramon_agents'])); "
+        "import sys; sys.modules.update(dict.fromkeys("
+        "['arramon_collecting', 'arramon_dataset', 'arramon_lang', 'arramon_agents'])); "
         "from arramon_server.__main__ import main; sys.exit(main(sys.argv[1:]))"
     )
     command = [sys.executable, "-c", code, "serve", "--data", str(tmp_path), "--listen", "127.0.0.1:0"]
@@ -202,7 +213,7 @@ def test_serve_imports_no_dataset_language_or_agent_code() -> None:
         "import sys, arramon_server.commands.serve, arramon_server.process.server_parts; "
         "import arramon_server.process.workers, arramon_server.web.pages; "
         "print([name for name in sys.modules if name.startswith("
-        "('arramon_dataset', 'arramon_lang', 'arramon_agents', 'torch'))])"
+        "('arramon_collecting', 'arramon_dataset', 'arramon_lang', 'arramon_agents', 'torch'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
@@ -279,7 +290,7 @@ def test_traces_in_contributing_name_existing_functions() -> None:
 
 def test_paths_in_contributing_exist() -> None:
     for path in re.findall(
-        r"`((?:server|dataset|clients|agents|lang|proto|tests|benchmarks)/[\w/.-]*)`",
+        r"`((?:server|dataset|collecting|clients|agents|lang|proto|tests|benchmarks)/[\w/.-]*)`",
         (ROOT / "CONTRIBUTING.md").read_text(),
     ):
         assert "LANGUAGE" in path or "lang/xx" in path or (ROOT / path).exists(), path
@@ -291,7 +302,7 @@ def test_only_one_file_imports_pybullet() -> None:
 
 
 def test_only_agents_may_import_torch() -> None:
-    for folder in ("server", "dataset", "clients", "proto", "lang"):
+    for folder in ("server", "dataset", "collecting", "clients", "proto", "lang"):
         for path in (ROOT / folder).rglob("*.py"):
             assert not {"torch", "transformers"} & {name.split(".")[0] for name in imports(path)}, path
 

@@ -27,6 +27,7 @@ from arramon_server.board.epoch_board import EpochBoard
 from arramon_server.board.publisher import Publisher
 from arramon_server.closing_times import ClosingTimes
 from arramon_server.configuration.config import Config
+from arramon_server.episodes.split_lookup import SplitLookup
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput
 from arramon_server.image_threads import ImageThreads
@@ -76,12 +77,13 @@ class ServerParts:
     web: AbstractAsyncContextManager[dict[str, str]]
 
 
-def create_parts(config: Config, splits: Mapping[str, Split], database: Database) -> ServerParts:
+def create_parts(config: Config, own_splits: Mapping[str, Split], database: Database) -> ServerParts:
     """Create all parts of a process, without starting any.
 
     Raises:
         ArraMonError: if a file or the journal cannot be used, or an address cannot be listened on.
     """
+    splits = SplitLookup(own_splits)
     metrics = PrometheusMetrics(config.camera, lambda: runs_by_state(database))
     journal, accounts = MeteredJournal(database, metrics), Accounts(database)
     authentication = Authentication(accounts, config)
@@ -145,15 +147,30 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
         from arramon_server.web.play.play_page import PlayPage
         from arramon_server.web.rendering import Renderer
         from arramon_server.web.watch.viewers import Viewers
+        from arramon_server.web.web_parts import WebContext, WebPart, open_parts
+
+        access, host = browser_access(authentication, stream_limits, config), Host.of(config)
+
+        def web_parts(renderer: Renderer) -> list[WebPart]:
+            services = (config, database, splits, journal, runs, engine, threads, renderer, access, host)
+            return open_parts(WebContext(*services)) if config.web else []
 
         def play_page(renderer: Renderer) -> PlayPage:
-            access = browser_access(authentication, stream_limits, config)
             return PlayPage(config, access, runs, journal, publisher, engine, threads, renderer)
 
         play = play_page if config.play_page else None
         viewers, camera = Viewers.of(config), config.camera
         pages = Pages(
-            board, journal, receipts, splits, epochs, Host.of(config), play=play, viewers=viewers, camera=camera
+            board,
+            journal,
+            receipts,
+            splits,
+            epochs,
+            host,
+            play=play,
+            parts=web_parts,
+            viewers=viewers,
+            camera=camera,
         )
         return HttpServer(config, lambda: readiness.problem, metrics.text, pages).open()
 

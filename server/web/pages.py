@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 from urllib.parse import quote
@@ -34,6 +34,7 @@ from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.standings_query import read_query
 from arramon_server.web.watch.viewers import NOBODY, Viewers
 from arramon_server.web.watch.watch_pages import WatchPages
+from arramon_server.web.web_parts import WebPart
 
 MAX_WAITING = 64
 """Maximum number of requests that wait for a thread or run in one; further ones get status 503."""
@@ -68,6 +69,7 @@ class Pages:
         epochs: the epochs of hidden splits.
         host: the host of the leaderboard.
         play: makes the page on which people play; None if the host offers none.
+        parts: opens the parts that installed packages add.
         viewers: derives who asks for pages of runs that are not published.
         camera: camera of the server's runs.
     """
@@ -82,6 +84,7 @@ class Pages:
         host: Host = UNNAMED,
         *,
         play: Callable[[Renderer], PlayPage] | None = None,
+        parts: Callable[[Renderer], Sequence[WebPart]] = lambda _: (),
         viewers: Viewers = NOBODY,
         camera: str = CAMERAS[0],
     ) -> None:
@@ -90,6 +93,7 @@ class Pages:
         self._receipts = receipts
         self._renderer = Renderer(host, offers_play=play is not None)
         self._play = play(self._renderer) if play is not None else None
+        self._parts = parts(self._renderer)
         self._standings = StandingsPage(board, splits, epochs)
         self._epochs_page = EpochsPage(board, epochs)
         self._comparisons = ComparisonPage(board)
@@ -128,7 +132,8 @@ class Pages:
             "/static/{folder}/{name}": self._static,
             "/{rest:.*}": self._not_found,
         }
-        routes = [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
+        routes = [route for part in self._parts for route in part.routes()]
+        routes += [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
         if self._play is None:
             return routes
         play = web.get(f"/{_LANGUAGE}/play", self._with_error_pages(self._play_page))
@@ -143,6 +148,8 @@ class Pages:
         if self._play is not None:
             self._play.close()
         self._watch.close()
+        for part in self._parts:
+            part.close()
 
     def _with_error_pages(self, handler: Handler) -> Handler:
         """Return a handler that turns the server's errors into error pages."""

@@ -44,24 +44,19 @@ class Renderer:
 
     def __init__(self, host: Host = UNNAMED, *, offers_play: bool = False) -> None:
         self.files: dict[str, tuple[bytes, str]] = {}
-        named: dict[str, str] = {}
+        self._named = named = dict[str, str]()
         for path in _static_files(_HERE / "static"):
             content = _with_digests(path.read_bytes(), named) if path.suffix == ".css" else path.read_bytes()
             name = f"{path.stem}.{_digest(content)}{path.suffix}"
             self.files[name] = (content, TYPES[path.suffix])
             named[path.name] = f"/static/{name}"
         for folder in sorted(path for path in (_HERE / "static").iterdir() if path.is_dir()):
-            contents = {
-                path: _with_digests(path.read_bytes(), named) if path.suffix == ".css" else path.read_bytes()
-                for path in _static_files(folder)
-            }
-            digest = _digest(b"".join(path.name.encode() + content for path, content in contents.items()))
-            for path, content in contents.items():
-                name = f"{folder.name}.{digest}/{path.name}"
-                self.files[name] = (content, TYPES[path.suffix])
-                named[f"{folder.name}/{path.name}"] = f"/static/{name}"
+            self._add_static(folder.name, folder)
+        self._folders = dict[str, jinja2.BaseLoader]()
         self._environment = jinja2.Environment(
-            loader=jinja2.FileSystemLoader(_HERE / "templates"),
+            loader=jinja2.ChoiceLoader(
+                [jinja2.FileSystemLoader(_HERE / "templates"), jinja2.PrefixLoader(self._folders)]
+            ),
             autoescape=True,
             undefined=jinja2.StrictUndefined,
             trim_blocks=True,
@@ -78,6 +73,27 @@ class Renderer:
             "breakable": breakable,
             "per_cent": lambda share: f"{100 * share:.1f}".removesuffix(".0"),
         }
+
+    def add_folder(self, name: str, folder: Path) -> None:
+        """Add the templates and static files of a part of the pages.
+
+        Args:
+            name: first part of their names, such as "play" of the static file `play/main.js`.
+            folder: contains the folders `templates` and `static`.
+        """
+        self._folders[name] = jinja2.FileSystemLoader(folder / "templates")
+        self._add_static(name, folder / "static")
+
+    def _add_static(self, name: str, folder: Path) -> None:
+        contents = {
+            path: _with_digests(path.read_bytes(), self._named) if path.suffix == ".css" else path.read_bytes()
+            for path in _static_files(folder)
+        }
+        digest = _digest(b"".join(path.name.encode() + content for path, content in contents.items()))
+        for path, content in contents.items():
+            file = f"{name}.{digest}/{path.name}"
+            self.files[file] = (content, TYPES[path.suffix])
+            self._named[f"{name}/{path.name}"] = f"/static/{file}"
 
     def page(self, template: str, texts: PageTexts, here: str, context: Mapping[str, Any]) -> bytes:
         """Render a page.

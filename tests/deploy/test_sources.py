@@ -16,7 +16,7 @@ from tests.deploy.test_wheels import play
 from tests.physics import ANY_CAMERA
 from tests.virtual_environments import PIP, Environment
 
-PARTS = ("src", "server", "dataset", "packages", "agents", "lang", "clients", "proto")
+PARTS = ("src", "server", "dataset", "collecting", "packages", "agents", "lang", "clients", "proto")
 FILES = ("pyproject.toml", "README.md", "LICENSE")
 
 SDIST = "import sys; from setuptools.build_meta import build_sdist; build_sdist(sys.argv[1])"
@@ -61,7 +61,8 @@ def test_a_clone_is_installed_by_the_readmes_command(
     environment.uninstall(environment.ours)
     environment.install_sources(clone, *(word for path in given.split() for word in (*options, path)))
     environment.check()
-    for package in ("arramon", "arramon_agents", "arramon_client", "arramon_dataset", "arramon_lang", "arramon_server"):
+    for name in ("", "_agents", "_client", "_collecting", "_dataset", "_lang", "_server"):
+        package = f"arramon{name}"
         found = environment.run(f"python -c 'import {package}; print({package}.__file__)'", tmp_path).stdout
         assert found.startswith(str(clone if options else environment.site)), package
     tiny.write(tmp_path / "arramon-data", count=1)

@@ -21,7 +21,7 @@ PACKAGES = {
         "arramon_verifiers": "clients/python/arramon_verifiers",
     },
     "arramon-lang": {"arramon_lang": "lang"},
-    "arramon-server": {"arramon_dataset": "dataset", "arramon_server": "server"},
+    "arramon-server": {"arramon_collecting": "collecting", "arramon_dataset": "dataset", "arramon_server": "server"},
 }
 """What each wheel holds: packages, and where they are."""
 

@@ -11,14 +11,14 @@ from sqlalchemy import (
     Index,
     Integer,
     LargeBinary,
-    MetaData,
     String,
     Table,
     Text,
     false,
 )
 
-metadata = MetaData()
+from arramon_server.runs.storage import collection_tables
+from arramon_server.runs.storage.schema_metadata import metadata as metadata
 
 workers = Table(
     "workers",
@@ -265,3 +265,6 @@ epochs = Table(
     Column("revealed_at", DateTime(timezone=True)),
     Column("secret", String(64)),
 )
+
+collections = collection_tables.COLLECTION_TABLES
+"""Tables of the collections of instructions, each after those that it refers to."""

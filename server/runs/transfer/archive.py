@@ -42,8 +42,10 @@ EXPORTED_TABLES = (
     tables.corrections,
     tables.rescored_runs,
     tables.superseded_receipts,
+    *(table for table in tables.collections if table.name != "collection_sign_ins"),
 )
-"""Exported tables, each after those that it refers to. Workers, streams and the service clock belong to one host."""
+"""Exported tables, each after those that it refers to. Workers, streams, the service clock and sign-ins belong to one
+host."""
 
 EXCLUDED_COLUMNS = frozenset(
     (

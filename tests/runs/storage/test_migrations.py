@@ -87,7 +87,7 @@ def test_database_of_a_newer_server_is_refused(database_url: str, engine: sa.Eng
     Database(database_url).close()
     _set_revision(engine, "9999")
     with pytest.raises(
-        StorageError, match=r"written by another version of this server:.*9999.*supports tables up to version 0014"
+        StorageError, match=r"written by another version of this server:.*9999.*supports tables up to version 0015"
     ):
         Database(database_url)
 

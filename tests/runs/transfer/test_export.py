@@ -27,6 +27,7 @@ from arramon_server.runs.transfer.archive import EXPORTED_TABLES
 from arramon_server.runs.transfer.export import export
 from arramon_server.runs.transfer.restore import ImportCounts, import_archive
 from tests import tiny
+from tests.collecting import collecting
 from tests.played import play
 from tests.postgres import Cluster
 
@@ -78,6 +79,7 @@ def fill(database: Database, split: Split, key: SigningKey) -> str:
             "public_key": b"",
         }
         connection.execute(tables.superseded_receipts.insert(), [old])
+    collecting.fill(database)
     return token
 
 
@@ -132,7 +134,7 @@ def is_empty(database: Database) -> bool:
 
 
 def test_every_table_is_exported_or_excluded_explicitly() -> None:
-    left = {"workers", "streams", "service_clock"}
+    left = {"workers", "streams", "service_clock", "collection_sign_ins"}
     assert {table.name for table in EXPORTED_TABLES} | left == set(tables.metadata.tables)
     order = [table.name for table in tables.metadata.sorted_tables]
     for table in EXPORTED_TABLES:

@@ -1,0 +1,1 @@
+"""Export of a collection as a split, with the provenance of its texts."""

@@ -1,0 +1,84 @@
+"""The collections themselves."""
+
+import re
+from dataclasses import replace
+
+import sqlalchemy as sa
+from sqlalchemy.engine import Row
+
+from arramon_collecting.settings import Settings, read_settings
+from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING, Collection, record_of
+from arramon_collecting.storage.transactions import Clock, lock, utc_now
+from arramon_server.errors import BadInput, Conflict, NotFound, TakenOver, quoted
+from arramon_server.runs.storage.collection_tables import collections
+from arramon_server.runs.storage.database import Database
+
+_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
+
+
+class Collections:
+    """The collections of a host.
+
+    Args:
+        database: the journal's database.
+        clock: returns the present time.
+    """
+
+    def __init__(self, database: Database, clock: Clock = utc_now) -> None:
+        self._database = database
+        self._clock = clock
+
+    def create(self, name: str, kind: str, language: str, split: str, settings: Settings) -> Collection:
+        """Create a collection, which runs at once.
+
+        Raises:
+            BadInput: if the name is malformed.
+            Conflict: if there is one of that name.
+        """
+        if not _NAME.fullmatch(name):
+            raise BadInput(
+                f"the collection's name is {quoted(name)}, expected 1 to 60 of the characters a-z, 0-9, _ and -, "
+                "beginning with a letter or digit"
+            )
+        created = Collection(
+            name, kind, language, split, settings, settings.consent, settings.consent_hash, RUNNING, self._clock()
+        )
+        values = {key: getattr(created, key) for key in collections.c.keys() if key != "settings"}  # noqa: SIM118
+        try:
+            with self._database.write() as connection:
+                connection.execute(collections.insert(), [values | {"settings": settings.model_dump(mode="json")}])
+        except TakenOver:
+            raise Conflict(f"there is a collection {name!r} already") from None
+        return created
+
+    def get(self, name: str) -> Collection:
+        """Return a collection.
+
+        Raises:
+            NotFound: if there is none of that name.
+        """
+        found = self._database.read(sa.select(collections).where(collections.c.name == name))
+        if not found:
+            raise NotFound(f"there is no collection {quoted(name)}")
+        return _collection(found[0])
+
+    def all(self) -> list[Collection]:
+        """Return all collections, by name."""
+        return list(map(_collection, self._database.read(sa.select(collections).order_by(collections.c.name))))
+
+    def set_state(self, name: str, state: str) -> Collection:
+        """Pause, resume or close a collection. Paused and closed ones give out no tasks; open ones can be submitted.
+
+        Raises:
+            NotFound: if there is none of that name.
+        """
+        assert state in (RUNNING, PAUSED, CLOSED)
+        with self._database.write() as connection:
+            lock(connection, name)
+            connection.execute(collections.update().where(collections.c.name == name).values(state=state))
+        return replace(self.get(name), state=state)
+
+
+def _collection(row: Row[tuple[object, ...]]) -> Collection:
+    raw = record_of(Collection, row)
+    return replace(raw, settings=read_settings(row._mapping["settings"], f"collection {raw.name}"))

@@ -1,0 +1,43 @@
+"""The storage of collections in one place."""
+
+from collections.abc import Callable
+
+from arramon_collecting.storage.collections import Collections
+from arramon_collecting.storage.drafts import Drafts
+from arramon_collecting.storage.ledger import Ledger
+from arramon_collecting.storage.mail_queue import MailQueue
+from arramon_collecting.storage.reviews import Reviews
+from arramon_collecting.storage.sign_ins import SignIns
+from arramon_collecting.storage.submissions import Submissions
+from arramon_collecting.storage.tasks import Tasks
+from arramon_collecting.storage.texts import Texts
+from arramon_collecting.storage.transactions import Clock, random_number, utc_now
+from arramon_collecting.storage.verifications import Verifications
+from arramon_collecting.storage.visits import Visits
+from arramon_collecting.storage.workers import Workers
+from arramon_server.runs.storage.database import Database
+
+
+class Store:
+    """All groups of tables of collections on one database; thread-safe, as the database is.
+
+    Args:
+        database: the journal's database.
+        clock: returns the present time.
+        draw: returns random numbers in [0, 1), by which golds are chosen.
+    """
+
+    def __init__(self, database: Database, clock: Clock = utc_now, draw: Callable[[], float] = random_number) -> None:
+        self.clock = clock
+        self.collections = Collections(database, clock)
+        self.workers = Workers(database, clock)
+        self.visits = Visits(database, clock)
+        self.sign_ins = SignIns(database, clock)
+        self.tasks = Tasks(database, clock, draw)
+        self.drafts = Drafts(database, clock)
+        self.texts = Texts(database, clock)
+        self.verifications = Verifications(database)
+        self.submissions = Submissions(database, clock)
+        self.reviews = Reviews(database, clock)
+        self.ledger = Ledger(database)
+        self.mail = MailQueue(database, clock)

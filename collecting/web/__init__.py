@@ -1,0 +1,1 @@
+"""Pages of collections for workers and hosts, under `/LANGUAGE/collect/NAME/`."""

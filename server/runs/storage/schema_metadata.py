@@ -1,0 +1,5 @@
+"""The database's schema, to which the modules of tables add theirs."""
+
+from sqlalchemy import MetaData
+
+metadata = MetaData()
