@@ -4,7 +4,7 @@ from datetime import timedelta
 
 import sqlalchemy as sa
 
-from arramon_collecting.storage.records import BLOCKED, FORGOTTEN, SignIn, record_of
+from arramon_collecting.storage.records import FORGOTTEN, SignIn, record_of
 from arramon_collecting.storage.transactions import Clock, new_secret, secret_hash, utc_now
 from arramon_server.runs.storage.collection_tables import sign_ins, workers
 from arramon_server.runs.storage.database import Database
@@ -56,7 +56,7 @@ class SignIns:
                 sign_ins.c.cookie_hash == secret_hash(cookie),
                 sign_ins.c.expires_at > self._clock(),
                 workers.c.collection == collection,
-                workers.c.state.not_in((BLOCKED, FORGOTTEN)),
+                workers.c.state != FORGOTTEN,
             )
         )
         rows = self._database.read(query)

@@ -6,6 +6,7 @@ from arramon_collecting.storage.collections import Collections
 from arramon_collecting.storage.drafts import Drafts
 from arramon_collecting.storage.ledger import Ledger
 from arramon_collecting.storage.mail_queue import MailQueue
+from arramon_collecting.storage.removal import Removal
 from arramon_collecting.storage.reviews import Reviews
 from arramon_collecting.storage.sign_ins import SignIns
 from arramon_collecting.storage.submissions import Submissions
@@ -39,5 +40,6 @@ class Store:
         self.verifications = Verifications(database)
         self.submissions = Submissions(database, clock)
         self.reviews = Reviews(database, clock)
+        self.removal = Removal(database, clock)
         self.ledger = Ledger(database)
         self.mail = MailQueue(database, clock)

@@ -14,6 +14,8 @@ from arramon_collecting.storage.records import (
     HOST,
     INVITED,
     LEFT,
+    OPEN,
+    RETURNED,
     WORKER,
     WORKER_PAUSED,
     Collection,
@@ -22,7 +24,7 @@ from arramon_collecting.storage.records import (
 )
 from arramon_collecting.storage.transactions import Clock, lock, new_id, new_secret, secret_hash, utc_now
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
-from arramon_server.runs.storage.collection_tables import workers
+from arramon_server.runs.storage.collection_tables import tasks, workers
 from arramon_server.runs.storage.database import Database
 from arramon_server.visible_text import is_visible
 
@@ -155,13 +157,17 @@ class Workers:
         self._update(worker_id, {"email": checked_email(email), "page_language": page_language})
 
     def set_state(self, worker_id: str, state: str) -> None:
-        """Pause, block or readmit a worker, or record that the worker left. Open tasks stay as they are.
+        """Pause, block or readmit a worker. The open task of a blocked one goes back to the pool.
 
         Raises:
             Conflict: if the worker's data was deleted.
         """
         assert state in WORKER_STATES
         self._update(worker_id, {"state": state}, among=[one for one in WORKER_STATES if one != FORGOTTEN])
+        if state == BLOCKED:
+            mine = tasks.c.worker_id == worker_id, tasks.c.state == OPEN
+            with self._database.write() as connection:
+                connection.execute(tasks.update().where(*mine).values(state=RETURNED, ended_at=self._clock()))
 
     def _new(self, collection: Collection, role: str, stages: Sequence[str], **values: Any) -> Worker:
         with self._database.write() as connection:

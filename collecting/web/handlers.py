@@ -14,6 +14,7 @@ from arramon_collecting.storage.drafts import OlderDraft
 from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
 from arramon_collecting.web.access import Visitor, check_csrf, find_host, find_visitor, renew_cookie
+from arramon_collecting.web.rate_limits import CHANGES_A_MINUTE, RateLimits
 from arramon_collecting.web.texts import page_languages, texts_of
 from arramon_server.errors import (
     ArraMonError,
@@ -64,6 +65,7 @@ class Handlers:
     def __init__(self, store: Store, renderer: Renderer) -> None:
         self.store = store
         self._renderer = renderer
+        self._limits = RateLimits()
         self._threads = ThreadPoolExecutor(2, "collecting")
         self._waiting = 0
 
@@ -160,8 +162,22 @@ class Handlers:
         return b"".join(parts)
 
     def check(self, request: web.Request, visitor: Visitor, fields: Mapping[str, object] | None = None) -> None:
-        """Check that a request that changes state comes from a page of this server; see `check_csrf`."""
+        """Check that a request that changes state comes from a page of this server, and count it; see `check_csrf`.
+
+        Raises:
+            Forbidden: if it does not.
+            OverQuota: if the worker sends too many.
+        """
         check_csrf(request, visitor, fields)
+        self.limit(f"worker {visitor.worker.worker_id}", CHANGES_A_MINUTE)
+
+    def limit(self, key: str, most: int) -> None:
+        """Count a request of a worker or an address.
+
+        Raises:
+            OverQuota: if there were `most` in the last minute already.
+        """
+        self._limits.count(key, most)
 
     def page(
         self,

@@ -1,17 +1,33 @@
 """The pages of collections as a part of a server's web pages, found by the entry point `collecting`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Protocol
 
 from aiohttp import web
 
+from arramon_collecting.mail_sender import MailSender
 from arramon_collecting.storage.store import Store
 from arramon_collecting.web.handlers import Handlers
+from arramon_collecting.web.join_pages import JoinPages
+from arramon_collecting.web.worker_pages import WorkerPages
 from arramon_server.episodes.splits import Split
 from arramon_server.web.web_parts import WebContext
 
 NAME = "collect"
 """First part of the names of these pages' templates and static files."""
+
+
+class PageGroup(Protocol):
+    """Some of the pages."""
+
+    def routes(self) -> list[web.RouteDef]:
+        """Return their routes."""
+        ...
+
+    def close(self) -> None:
+        """End what they have begun."""
+        ...
 
 
 class CollectingPart:
@@ -26,15 +42,25 @@ class CollectingPart:
 
     def __init__(self, context: WebContext) -> None:
         context.renderer.add_folder(NAME, Path(__file__).parent)
+        store = Store(context.database)
         self.splits: Mapping[str, Split] = {}
-        self._handlers = Handlers(Store(context.database), context.renderer)
+        self._handlers = handlers = Handlers(store, context.renderer)
+        self._pages: Sequence[PageGroup] = (
+            JoinPages(handlers, context.access),
+            WorkerPages(handlers, context.splits),
+        )
+        self._mail = MailSender(store)
+        self._mail.start()
 
     def routes(self) -> list[web.RouteDef]:
         """Return the routes of all pages."""
-        return []
+        return [route for pages in self._pages for route in pages.routes()]
 
     def close(self) -> None:
         """End the threads."""
+        self._mail.close()
+        for pages in self._pages:
+            pages.close()
         self._handlers.close()
 
 

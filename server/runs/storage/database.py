@@ -180,6 +180,30 @@ class Database:
             yield connection
 
     @contextmanager
+    def erase(self) -> Iterator[Connection]:
+        """Do the same as `write`, but overwrite on the disk what is deleted. With PostgreSQL, `vacuum` does that later.
+
+        With SQLite this includes the write-ahead log, unless somebody reads meanwhile; then later commits do it.
+
+        Raises:
+            TakenOver, BadInput, StorageError: as for `write`.
+        """
+        if not self._is_sqlite:
+            with self.write() as connection:
+                yield connection
+            return
+        with self._errors(), self._engine.connect() as connection:
+            file = connection.connection.driver_connection
+            assert isinstance(file, sqlite3.Connection)
+            file.execute("PRAGMA secure_delete=ON")
+            try:
+                with connection.begin():
+                    yield connection
+                file.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            finally:
+                file.execute("PRAGMA secure_delete=OFF")
+
+    @contextmanager
     def commit(self) -> Iterator[Connection]:
         """Do the same as `write`, but on a persistent connection with SQLite, as commits are frequent."""
         if not self._is_sqlite:  # the pool checks whether a connection is alive

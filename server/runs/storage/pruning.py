@@ -117,9 +117,7 @@ class Pruner:
             if not self._take(connection, run, with_receipts=with_receipts):
                 return False
             connection.execute(tables.pruned_runs.insert(), [_kept(connection, run)])
-            for table in _DETAILS:
-                connection.execute(table.delete().where(table.c.run_id == run.run_id))
-            connection.execute(tables.runs.delete().where(tables.runs.c.run_id == run.run_id))
+            delete_runs(connection, [run.run_id])
         return True
 
     @staticmethod
@@ -132,6 +130,13 @@ class Pruner:
         if not with_receipts:
             query = query.where(_has_no_receipt())
         return bool(connection.execute(query).all())
+
+
+def delete_runs(connection: Connection, run_ids: Collection[str]) -> None:
+    """Delete runs that were never published, with everything that is recorded of them."""
+    for run_id in run_ids:
+        for table in (*_DETAILS, tables.runs):
+            connection.execute(table.delete().where(table.c.run_id == run_id))
 
 
 def _kept(connection: Connection, run: Run) -> dict[str, object]:
