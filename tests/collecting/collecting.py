@@ -56,10 +56,10 @@ class Field:
         assert task is not None
         return task
 
-    def write(self, worker: Worker, **values: object) -> Submission:
+    def write(self, worker: Worker, texts: Instructions = TEXTS, **values: object) -> Submission:
         """Give out an episode, and submit a text for it."""
         task = self.claim(worker)
-        return self.store.submissions.submit_text(self.collection, task, task.task_id, TEXTS, **values)  # type: ignore[arg-type]
+        return self.store.submissions.submit_text(self.collection, task, task.task_id, texts, **values)  # type: ignore[arg-type]
 
     def verify(
         self, worker: Worker, ndtw: tuple[float, ...] = WELL, flags: tuple[str, ...] = (), seconds: float = 60.0
