@@ -1,0 +1,51 @@
+"""Characters of a writer's text: its stored form, and characters that no instruction may have."""
+
+import unicodedata
+from collections.abc import Iterator
+
+from arramon_lang import load
+from arramon_server.visible_text import JOINERS, invisible_part
+
+MAX_TEXT_CHARACTERS = 20_000
+"""Length of a text beyond which a draft is refused; up to here it is kept, however long a collection's texts may be."""
+
+_SELECTORS = "\ufe0e\ufe0f"
+_PICTURES = range(0x1F000, 0x20000)
+
+
+def stored_form(text: str) -> str:
+    """Return a text as it is stored: in Unicode's NFC, with single spaces."""
+    return " ".join(unicodedata.normalize("NFC", text).split())
+
+
+def pictures_in(text: str) -> tuple[str, ...]:
+    """Return the emoji and pictographs in a text, each once, in order."""
+    return tuple(dict.fromkeys(filter(_is_picture, text)))
+
+
+def invisible_in(text: str, language: str) -> tuple[str, ...]:
+    """Return the invisible characters in a text that must not be in it, each once, in order.
+
+    These are controls, marks of writing direction, and spaces of no width. Joiners may stand where the language's spelling
+    has them.
+    """
+    return tuple(dict.fromkeys(_invisible(text, language)))
+
+
+def _invisible(text: str, language: str) -> Iterator[str]:
+    meaningless = {joiner for joiner in JOINERS if load(language).normalise(f"a{joiner}a") != "aa"}
+    before = ""
+    for letter in text:
+        is_odd = letter in meaningless if letter in JOINERS else invisible_part(letter) is not None
+        is_lone = letter in JOINERS and not before.strip(JOINERS + " ")
+        if not letter.isspace() and letter not in _SELECTORS and not _is_mark(letter) and (is_odd or is_lone):
+            yield letter
+        before = letter
+
+
+def _is_mark(letter: str) -> bool:
+    return unicodedata.category(letter) in ("Mn", "Mc", "Me")
+
+
+def _is_picture(letter: str) -> bool:
+    return unicodedata.category(letter) == "So" or ord(letter) in _PICTURES or letter in _SELECTORS
