@@ -13,8 +13,13 @@ _SELECTORS = "\ufe0e\ufe0f"
 _PICTURES = range(0x1F000, 0x20000)
 
 
-def stored_form(text: str) -> str:
-    """Return a text as it is stored: in Unicode's NFC, with single spaces."""
+def stored_form(text: str, language: str) -> str:
+    """Return a text as it is stored: in Unicode's NFC, with single spaces, without joiners that carry no meaning."""
+    spelt = load(language)
+    for joiner in JOINERS:
+        probe = f"a{joiner}a"
+        if spelt.normalise(probe) == "aa" and spelt.without_spelt_joiners(probe) == probe:
+            text = text.replace(joiner, "")
     return " ".join(unicodedata.normalize("NFC", text).split())
 
 
@@ -26,8 +31,8 @@ def pictures_in(text: str) -> tuple[str, ...]:
 def invisible_in(text: str, language: str) -> tuple[str, ...]:
     """Return the invisible characters in a text that must not be in it, each once, in order.
 
-    These are controls, marks of writing direction, and spaces of no width. Joiners may stand where the language's spelling
-    has them.
+    These are controls, marks of writing direction, and spaces of no width. Joiners may stand where the language's
+    spelling has them.
     """
     return tuple(dict.fromkeys(_invisible(text, language)))
 
@@ -48,4 +53,5 @@ def _is_mark(letter: str) -> bool:
 
 
 def _is_picture(letter: str) -> bool:
-    return unicodedata.category(letter) == "So" or ord(letter) in _PICTURES or letter in _SELECTORS
+    is_symbol = unicodedata.category(letter) == "So" and letter != "°"
+    return is_symbol or ord(letter) in _PICTURES or letter in _SELECTORS

@@ -1,6 +1,7 @@
-"""The guide that only writers see: the blue line with its balls, and the arrow above the target, as bodies without collider.
+"""The guide that only writers see: the blue line with its balls and the arrow above the target, as bodies of a scene.
 
-The paper's writers had both (appendix "Interface"). Agents never see them: they are in no scene but the writers'.
+The bodies have no collider. The paper's writers had both (appendix "Interface"). Agents never see them: they are in no
+scene but the writers'.
 """
 
 import math

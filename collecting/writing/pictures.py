@@ -1,4 +1,4 @@
-"""Pictures of what a writer sees: the agent's view by the server's camera, with the guide and the outlined target cell."""
+"""Pictures of what a writer sees: an agent's view by the server's camera, with the guide and the outlined target."""
 
 from collections import OrderedDict
 from collections.abc import Mapping

@@ -1,4 +1,6 @@
-"""How a writer walks: along the ground truth's line in the street, freely in the room; a pure function of position and move.
+"""How a writer walks: along the ground truth's line in the street, freely in the room.
+
+Pure functions of position and move.
 
 The writer cannot leave the line. In the room, the object lands on its ground-truth cell wherever the writer puts it, so
 that turn 2 and later texts stay valid (paper, appendix "Instruction Rules and Guidelines").
@@ -59,8 +61,8 @@ class Position:
     Attributes:
         part: index in PARTS.
         place: index of the place on the line; 0 in the room.
-        turned: heading in turns of 30 degrees clockwise: in the street from the episode's start heading, in the room from
-            +row; 0 to 11.
+        turned: heading in turns of 30 degrees clockwise, 0 to 11: in the street from the episode's start heading, in
+            the room from +row.
         cell: the cell in the room; the start tile in the street.
         reached: the last part that the writer has been to, or DONE.
     """
@@ -91,8 +93,8 @@ class Line:
 
     Attributes:
         places: the ground truth's positions (x, z), in units.
-        headings: by place, the heading in which the ground truth leaves it, in turns of 30 degrees from the episode's start
-            heading; at the last place, that of the pick-up.
+        headings: by place, the heading in which the ground truth leaves it, in turns of 30 degrees from the episode's
+            start heading; at the last place, that of the pick-up.
         arrival: the heading in which the turn begins, likewise.
     """
 
@@ -147,7 +149,9 @@ def read_position(text: str, episode: Episode) -> Position:
         BadInput: if it is none of this episode.
     """
     if not re.fullmatch(r"[0-9]{1,4}(\.[0-9]{1,4}){5}", text):
-        raise BadInput(f"position {quoted(text)}; expected six whole numbers with dots between them, such as 0.0.0.2.0.0")
+        raise BadInput(
+            f"position {quoted(text)}; expected six whole numbers with dots between them, such as 0.0.0.2.0.0"
+        )
     part, place, turned, column, row, reached = map(int, text.split("."))
     position = Position(part, place, turned, RoomCell(column, row), reached)
     if part >= DONE or not part <= reached <= DONE or turned >= HEADINGS or not position.cell.is_inside():
