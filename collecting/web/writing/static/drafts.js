@@ -4,7 +4,7 @@ import { randomHex } from "./server.js";
 const PAUSE = 700, FIRST_DELAY = 1000, LONGEST_DELAY = 15000;
 
 export class Drafts {
-  // `content` returns {position, texts, evidence}; `on` has saved(answer), waits(), unsaved(), takenOver(draft), refused(error).
+  // `content` returns {position, texts, evidence}; `on` has saved(answer), waits(), unsaved(), takenOver(), refused(error).
   constructor(server, task, content, on) {
     Object.assign(this, { server, content, on });
     this.key = `arramon-write-${task}`;
@@ -61,12 +61,15 @@ export class Drafts {
   }
 
   fail(error) {
-    if (error.status === 409 && error.answer.draft) {
-      const { draft } = error.answer;
-      this.revision = draft.revision;
-      if (draft.editor === this.editor) { this.delay = 0; return; } // its answer was lost: save again, on top of it
+    if (error.status === 409 && error.answer.newer) {
+      const { revision, body } = error.answer.newer;
+      if (body.editor === this.editor) { // an answer was lost: save again, on top of it
+        this.revision = revision;
+        this.delay = 0;
+        return;
+      }
       this.stop();
-      this.on.takenOver(draft);
+      this.on.takenOver();
     } else if (error.status && !error.isTemporary) {
       this.stop();
       this.on.refused(error);
@@ -83,7 +86,7 @@ export class Drafts {
       const draft = await (await this.server.get("draft")).json();
       if (draft.editor === this.editor || this.isStopped) return;
       this.stop();
-      this.on.takenOver(draft);
+      this.on.takenOver();
     } catch { /* the next save says what is wrong */ }
   }
 

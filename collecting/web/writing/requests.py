@@ -5,13 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from arramon.strict_json import NotJsonError, read_json
 from arramon_collecting.writing.characters import MAX_TEXT_CHARACTERS
 from arramon_collecting.writing.walk import PARTS
 from arramon_server.errors import BadInput, quoted
-
-MAX_REQUEST_BYTES = 512 << 10
-"""Size limit of a request: four texts of the longest kind, with every character of four bytes."""
 
 EVIDENCE = (
     "pastes", "pasted_characters", "insertions", "inserted_characters", "leaves", "away_seconds", "active_seconds",
@@ -27,75 +23,58 @@ class Written:
     """What a page holds of a task.
 
     Attributes:
+        editor: id of the window.
         position: text of the position.
         texts: as typed, one for each of `walk.PARTS`.
         evidence: the counts of EVIDENCE.
     """
 
+    editor: str
     position: str
     texts: tuple[str, ...]
     evidence: Mapping[str, int]
 
-    def as_body(self, editor: str) -> dict[str, Any]:
-        """Return it as the body of a draft of a window."""
+    def as_body(self) -> dict[str, Any]:
+        """Return it as the body of a draft."""
         return {
-            "editor": editor,
+            "editor": self.editor,
             "position": self.position,
             "texts": list(self.texts),
             "evidence": dict(self.evidence),
         }
 
     @classmethod
-    def of_body(cls, body: Mapping[str, Any], position: str) -> "Written":
-        """Return what the body of a draft holds; for an empty one no texts, at a position."""
-        return cls(
-            body.get("position", position),
-            tuple(body.get("texts", ("",) * len(PARTS))),
-            {name: body.get("evidence", {}).get(name, 0) for name in EVIDENCE},
-        )
+    def of_body(cls, body: Mapping[str, Any], default: "Written") -> "Written":
+        """Return what the body of a draft holds; the default if it is empty."""
+        if not body:
+            return default
+        return cls(body["editor"], body["position"], tuple(body["texts"]), body["evidence"])
 
 
-@dataclass(frozen=True, slots=True)
-class DraftRequest:
-    """A draft to save.
-
-    Attributes:
-        revision: the revision that it is based on.
-        editor: id of the window.
-        written: its content.
-    """
-
-    revision: int
-    editor: str
-    written: Written
-
-
-def read_editor(body: bytes) -> str:
+def read_editor(fields: Mapping[str, Any]) -> str:
     """Return the id of the window that asks to write.
 
     Raises:
         BadInput: if the request is malformed.
     """
-    return _id(_fields(body), "editor")
+    return _id(fields, "editor")
 
 
-def read_draft(body: bytes) -> DraftRequest:
-    """Parse a request to save a draft.
-
-    Raises:
-        BadInput: if it is malformed.
-    """
-    fields = _fields(body)
-    return DraftRequest(_whole(fields, "revision"), _id(fields, "editor"), _written(fields))
-
-
-def read_submission(body: bytes) -> tuple[str, Written]:
-    """Parse a submission; return its id and its content.
+def read_draft(fields: Mapping[str, Any]) -> tuple[int, Written]:
+    """Return the revision that a draft to save is based on, and its content.
 
     Raises:
-        BadInput: if it is malformed.
+        BadInput: if the request is malformed.
     """
-    fields = _fields(body)
+    return _whole(fields, "revision"), _written(fields)
+
+
+def read_submission(fields: Mapping[str, Any]) -> tuple[str, Written]:
+    """Return the id of a submission, and its content.
+
+    Raises:
+        BadInput: if the request is malformed.
+    """
     return _id(fields, "submission"), _written(fields)
 
 
@@ -115,17 +94,7 @@ def _written(fields: Mapping[str, Any]) -> Written:
         raise BadInput("position is no text of a position")
     if not isinstance(evidence, dict):
         raise BadInput("evidence is no object of counts")
-    return Written(position, tuple(texts), {name: _whole(evidence, name, 0) for name in EVIDENCE})
-
-
-def _fields(body: bytes) -> dict[str, Any]:
-    try:
-        content = read_json(body.decode(), deepest=4)
-    except (NotJsonError, UnicodeDecodeError) as error:
-        raise BadInput(f"the request is no JSON: {error}") from error
-    if not isinstance(content, dict):
-        raise BadInput("the request is no JSON object")
-    return content
+    return Written(_id(fields, "editor"), position, tuple(texts), {name: _whole(evidence, name, 0) for name in EVIDENCE})
 
 
 def _id(fields: Mapping[str, Any], name: str) -> str:

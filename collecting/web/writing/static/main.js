@@ -37,7 +37,7 @@ const drafts = new Drafts(server, settings.task, () => ({ position: walk.positio
   saved: (answer) => {
     findings = answer.findings;
     page.saved("saved");
-    if (!isComposing) page.findings(typed[walk.part], findings[walk.part]);
+    if (!isComposing) showFindings();
     showPart();
   },
   waits: () => page.saved("unsaved"),
@@ -73,7 +73,7 @@ async function open() {
 }
 
 function refuse(error) {
-  const known = { 401: "signed_out", 403: "signed_out", 404: "task_gone", 410: "task_gone", 413: "too_large" }[error.status];
+  const known = { 401: "signed_out", 403: "signed_out", 404: "task_gone", 409: "task_gone" }[error.status];
   page.status(known ? words[known] : page.say("problem", { message: error.message }));
 }
 
@@ -90,17 +90,20 @@ function enterPart() {
   text.value = typed[walk.part];
   evidence.changed(text);
   page.count(text.value);
-  page.findings(typed[walk.part], findings[walk.part]);
+  showFindings();
   showPart();
+}
+
+function showFindings() {
+  page.findings(typed[walk.part], typed[walk.part].trim() ? findings[walk.part] : []);
 }
 
 // A text as it stands counts only when the input method is done with it.
 function takeText() {
   typed[walk.part] = text.value.normalize("NFC");
   page.count(text.value);
-  page.findings("", []);
   showPart();
-  drafts.change();
+  if (text.value.length > settings.max_kept) page.saved("too_large"); else drafts.change();
 }
 
 text.addEventListener("compositionstart", () => { isComposing = true; });
@@ -129,7 +132,7 @@ async function submit() {
   }
   element("submit").disabled = true;
   drafts.stop();
-  const content = { submission, position: walk.position, texts: typed, evidence: evidence.report };
+  const content = { submission, editor: drafts.editor, position: walk.position, texts: typed, evidence: evidence.report };
   try {
     const answer = await server.post("submit", content);
     drafts.forget();

@@ -1,7 +1,7 @@
 // Requests to the server. An answer that says what is wrong becomes a Refusal; a broken connection stays a TypeError.
 export class Refusal extends Error {
   constructor(status, answer) {
-    super(answer.message ?? "");
+    super(answer.error ?? "");
     Object.assign(this, { status, answer });
   }
 
@@ -13,7 +13,7 @@ export class Server {
   constructor(base, csrf) { Object.assign(this, { base, csrf }); }
 
   async get(path, query = {}) {
-    const response = await fetch(`${this.base}/${path}?${new URLSearchParams(query)}`, { credentials: "same-origin" });
+    const response = await fetch(`${this.base}/${path}?${new URLSearchParams(query)}`, { credentials: "same-origin", headers: { Accept: "application/json, image/*" } });
     if (!response.ok) throw new Refusal(response.status, await readJson(response));
     return response;
   }

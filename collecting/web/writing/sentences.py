@@ -28,7 +28,7 @@ def finding_as_json(t: PageTexts, finding: Finding, text: str, target: ObjectTyp
 def sentence(t: PageTexts, finding: Finding, target: ObjectType) -> str:
     """Return what is wrong, and what was expected, in the page's language."""
     words = ", ".join(f"“{word}”" for word in finding.words)
-    return t(f"write_checks.{finding.check}", words=words, expected=_expected(t, finding, target))
+    return t(f"collect_write_checks.{finding.check}", words=words, expected=_expected(t, finding, target))
 
 
 def _expected(t: PageTexts, finding: Finding, target: ObjectType) -> str:
