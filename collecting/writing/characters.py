@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from arramon_lang import load
 from arramon_server.visible_text import JOINERS, invisible_part
 
-MAX_TEXT_CHARACTERS = 20_000
+MAX_TEXT_CHARACTERS = 10_000
 """Length of a text beyond which a draft is refused; up to here it is kept, however long a collection's texts may be."""
 
 _SELECTORS = "\ufe0e\ufe0f"
