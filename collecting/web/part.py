@@ -7,6 +7,11 @@ from aiohttp import web
 
 from arramon_collecting.storage.store import Store
 from arramon_collecting.web.handlers import Handlers
+from arramon_collecting.web.writing.screening_page import WriteScreening
+from arramon_collecting.web.writing.write_page import NAME as WRITING
+from arramon_collecting.web.writing.write_page import WritePage
+from arramon_collecting.web.writing.write_tasks import WriteTasks
+from arramon_collecting.writing.pictures import WriterPictures
 from arramon_server.episodes.splits import Split
 from arramon_server.web.web_parts import WebContext
 
@@ -27,14 +32,24 @@ class CollectingPart:
     def __init__(self, context: WebContext) -> None:
         context.renderer.add_folder(NAME, Path(__file__).parent)
         self.splits: Mapping[str, Split] = {}
-        self._handlers = Handlers(Store(context.database), context.renderer)
+        context.renderer.add_folder(WRITING, Path(__file__).parent / "writing")
+        store = Store(context.database)
+        self._handlers = Handlers(store, context.renderer)
+        self._writing = WritePage(
+            self._handlers,
+            WriteTasks(store, context.splits),
+            WriterPictures(context.splits, context.config.camera),
+            context.config.play_image_sizes[0],
+        )
+        self._screening = WriteScreening(self._handlers)
 
     def routes(self) -> list[web.RouteDef]:
         """Return the routes of all pages."""
-        return []
+        return [*self._writing.routes(), *self._screening.routes()]
 
     def close(self) -> None:
         """End the threads."""
+        self._writing.close()
         self._handlers.close()
 
 

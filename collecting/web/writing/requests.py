@@ -94,7 +94,9 @@ def _written(fields: Mapping[str, Any]) -> Written:
         raise BadInput("position is no text of a position")
     if not isinstance(evidence, dict):
         raise BadInput("evidence is no object of counts")
-    return Written(_id(fields, "editor"), position, tuple(texts), {name: _whole(evidence, name, 0) for name in EVIDENCE})
+    return Written(
+        _id(fields, "editor"), position, tuple(texts), {name: _whole(evidence, name, 0) for name in EVIDENCE}
+    )
 
 
 def _id(fields: Mapping[str, Any], name: str) -> str:

@@ -107,7 +107,7 @@ class WritePage:
                 (split, episode.episode_id, str(position)), draw, lambda: transport is None or transport.is_closing()
             )
         except ClientLeft:
-            raise ConnectionResetError("the page has left") from None
+            return web.Response(status=499)
         line = episode.turns[position.turn - 1].path
         bearing = target_bearing(position, episode)
         facts = {
@@ -148,9 +148,8 @@ class WritePage:
     async def _submit(self, request: web.Request) -> web.Response:
         address = request.path.partition("/write/")[0] + "/"
 
-        def do(task: OpenTask, fields: Mapping[str, Any], t: PageTexts) -> dict[str, Any]:
-            submission, written = read_submission(fields)
-            self._tasks.submit(task, submission, written)
+        def do(task: OpenTask, fields: Mapping[str, Any], _: PageTexts) -> dict[str, Any]:
+            self._tasks.submit(task, *read_submission(fields))
             return {"next": address}
 
         return await self._change(request, do, in_any_state=True)
