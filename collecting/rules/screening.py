@@ -12,7 +12,7 @@ CHOICES = ("a", "b", "c")
 """Choices of each question."""
 
 RIGHT_WRITE: Mapping[str, str] = {"q1": "c", "q2": "a", "q3": "b", "q4": "c", "q5": "b"}
-"""Right answers of the test before writing, by question; their words are texts of the pages (`collect_screening_write`)."""
+"""Right answers of the test before writing, by question; words: `collect_screening_write` in the texts."""
 
 
 @dataclass(frozen=True, slots=True)

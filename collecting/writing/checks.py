@@ -12,7 +12,7 @@ from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.world_check import absent_things
 from arramon_lang.cell_grading import find_cell, is_all_there
 from arramon_lang.meaning import Assembly, Thing
-from arramon_lang.quality import BLOCKED, SUSPICIOUS, check, marks
+from arramon_lang.quality import BLOCKED, SUSPICIOUS, Failure, check, marks
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
@@ -86,9 +86,13 @@ class TextChecker:
         type_ = turn.target.type
         target = Thing(type_.kind, type_.colour, type_.pattern)
         first_turn = initial_turn_angle(turn.actions)
+        found: dict[tuple[str, str, str], list[Failure]] = {}
         for failure in check(text, self.language, phase, target=target, first_turn=first_turn):
-            at = marks(text, failure, self.language)
-            yield Finding(failure.check, failure.severity, failure.words, failure.expected, at)
+            found.setdefault((failure.check, failure.severity, failure.expected), []).append(failure)
+        for (name, severity, expected), failures in found.items():
+            words = dict.fromkeys(word for failure in failures for word in failure.words)
+            at = {span for failure in failures for span in marks(text, failure, self.language)}
+            yield Finding(name, severity, tuple(words), expected, tuple(sorted(at)))
 
     def _own(self, text: str, part: int) -> Iterator[Finding]:
         if not lang.load(self.language).has_grammar:

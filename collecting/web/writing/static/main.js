@@ -110,6 +110,10 @@ text.addEventListener("compositionstart", () => { isComposing = true; });
 text.addEventListener("compositionend", () => { isComposing = false; takeText(); });
 text.addEventListener("input", (event) => { if (!isComposing && !event.isComposing) takeText(); });
 
+text.addEventListener("focus", () => document.body.classList.add("writes"));
+text.addEventListener("blur", () => document.body.classList.remove("writes"));
+element("view").addEventListener("pointerdown", () => element("view").focus({ preventScroll: true }));
+
 listen(text, element("view"), {
   move: (move, isRepeated) => walk.move(move, isRepeated),
   write: () => text.focus(),
