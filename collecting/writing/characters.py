@@ -2,8 +2,9 @@
 
 import unicodedata
 from collections.abc import Iterator
+from pathlib import Path
 
-from arramon_lang import load
+from arramon_lang.language import ROOT, Language, load
 from arramon_server.visible_text import JOINERS, invisible_part
 
 MAX_TEXT_CHARACTERS = 10_000
@@ -28,17 +29,17 @@ def pictures_in(text: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(filter(_is_picture, text)))
 
 
-def invisible_in(text: str, language: str) -> tuple[str, ...]:
+def invisible_in(text: str, language: str, root: Path = ROOT) -> tuple[str, ...]:
     """Return the invisible characters in a text that must not be in it, each once, in order.
 
     These are controls, marks of writing direction, and spaces of no width. Joiners may stand where the language's
     spelling has them.
     """
-    return tuple(dict.fromkeys(_invisible(text, language)))
+    return tuple(dict.fromkeys(_invisible(text, load(language, root))))
 
 
-def _invisible(text: str, language: str) -> Iterator[str]:
-    meaningless = {joiner for joiner in JOINERS if load(language).normalise(f"a{joiner}a") != "aa"}
+def _invisible(text: str, language: Language) -> Iterator[str]:
+    meaningless = {joiner for joiner in JOINERS if language.normalise(f"a{joiner}a") != "aa"}
     before = ""
     for letter in text:
         is_odd = letter in meaningless if letter in JOINERS else invisible_part(letter) is not None

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
-import arramon_lang as lang
+from arramon_collecting.storage.records import HINT
 from arramon_collecting.writing.characters import invisible_in, pictures_in
 from arramon_collecting.writing.walk import PARTS, room_before
 from arramon_dataset.instruction_writer import initial_turn_angle
@@ -11,16 +12,15 @@ from arramon_dataset.instructions.assembly.plan import MIN_LEAD
 from arramon_dataset.instructions.assembly.visible_objects import whole_room
 from arramon_dataset.world_check import absent_things
 from arramon_lang.cell_grading import find_cell, is_all_there
+from arramon_lang.language import ROOT, load
 from arramon_lang.meaning import Assembly, Thing
 from arramon_lang.quality import BLOCKED, SUSPICIOUS, Failure, check, marks
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
 
-HINT = "hint"
-"""Severity of this project's own checks, beside BLOCKED and SUSPICIOUS: the writer and a reviewer see them."""
-
 SEVERITIES = (BLOCKED, SUSPICIOUS, HINT)
+"""Severities of findings; hints are this project's own checks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +51,14 @@ class TextChecker:
         section: its section, without the episode's own furniture.
         language: code of the texts' language.
         max_characters: maximum number of characters of a text.
+        root: folder that contains the languages' folders.
     """
 
     episode: Episode
     section: Section
     language: str
     max_characters: int
+    root: Path = ROOT
 
     def findings(self, text: str, part: int) -> tuple[Finding, ...]:
         """Return the failed checks of a text, those that block it first.
@@ -75,7 +77,10 @@ class TextChecker:
     def _characters(self, text: str) -> Iterator[Finding]:
         if len(text) > self.max_characters:
             yield Finding("too_long", BLOCKED, expected=str(self.max_characters))
-        for name, letters in (("picture", pictures_in(text)), ("invisible", invisible_in(text, self.language))):
+        for name, letters in (
+            ("picture", pictures_in(text)),
+            ("invisible", invisible_in(text, self.language, self.root)),
+        ):
             if letters:
                 at = tuple((i, i + 1) for i, letter in enumerate(text) if letter in letters)
                 yield Finding(name, BLOCKED, tuple(map(_name_of, letters)), marks=at)
@@ -87,15 +92,15 @@ class TextChecker:
         target = Thing(type_.kind, type_.colour, type_.pattern)
         first_turn = initial_turn_angle(turn.actions)
         found: dict[tuple[str, str, str], list[Failure]] = {}
-        for failure in check(text, self.language, phase, target=target, first_turn=first_turn):
+        for failure in check(text, self.language, phase, target=target, first_turn=first_turn, root=self.root):
             found.setdefault((failure.check, failure.severity, failure.expected), []).append(failure)
         for (name, severity, expected), failures in found.items():
             words = dict.fromkeys(word for failure in failures for word in failure.words)
-            at = {span for failure in failures for span in marks(text, failure, self.language)}
+            at = {span for failure in failures for span in marks(text, failure, self.language, self.root)}
             yield Finding(name, severity, tuple(words), expected, tuple(sorted(at)))
 
     def _own(self, text: str, part: int) -> Iterator[Finding]:
-        if not lang.load(self.language).has_grammar:
+        if not load(self.language, self.root).has_grammar:
             return
         turn, phase = PARTS[part]
         if phase == Phase.ASSEMBLY.value:
@@ -110,7 +115,7 @@ class TextChecker:
     def _cells(self, text: str, turn: int) -> Iterator[Finding]:
         """Yield what a text about the room leaves open: its cell, or an object that is not there."""
         try:
-            meaning = lang.load(self.language).read(text, Phase.ASSEMBLY.value)
+            meaning = load(self.language, self.root).read(text, Phase.ASSEMBLY.value)
         except ValueError:  # Nothing of it is understood, which says nothing about the text.
             return
         assert isinstance(meaning, Assembly)

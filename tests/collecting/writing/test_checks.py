@@ -1,6 +1,7 @@
 """Checks of texts as they are written: what each finds, where it is, and how severe it is."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,7 @@ from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import PlacedObject
 from tests import tiny
+from tests.lang.test_third_language import FILES
 
 FACE = "\N{GRINNING FACE}"
 
@@ -116,3 +118,47 @@ def test_free_texts_of_people_pass() -> None:
 )
 def test_stored_form(typed: str, stored: str) -> None:
     assert stored_form(typed, "hi") == stored
+
+
+QUALITY = """
+single_letters = []
+repeats = []
+[general]
+key = ["klavo"]
+[navigation]
+[assembly]
+tile = ["kahelo"]
+[wanted]
+turn = ["turnu*"]
+pick_up = ["prenu"]
+place = ["metu"]
+[suspicious]
+movement = []
+interface = ["blua linio"]
+grey_building = []
+earlier = []
+[counts]
+numbers = []
+units = []
+[landmarks]
+words = ["muro"]
+[registers]
+[misspelt]
+"""
+
+
+def test_a_language_without_grammar_is_checked_by_its_quality_file_alone(tmp_path: Path) -> None:
+    folder = tmp_path / "eo"
+    folder.mkdir()
+    for name in ("language", "lexicon", "relations"):
+        (folder / f"{name}.toml").write_text(FILES[name])
+    (folder / "quality.toml").write_text(QUALITY)
+    one = replace(checker("eo"), root=tmp_path)
+    for text, part, checks in (
+        ("Iru rekte al la alta muro kaj prenu la strian ruĝan tason.", 0, []),
+        ("Iru laŭ la blua linio kaj prenu la strian ruĝan tason.", 0, ["interface"]),
+        ("Premu la klavo, iru rekte kaj prenu la strian ruĝan tason.", 0, ["term"]),
+        ("Metu la strian ruĝan tason apud la alta muro.", 1, []),
+        ("Metu la strian ruĝan tason sur la kahelo apud muro.", 1, ["term"]),
+    ):
+        assert [finding.check for finding in one.findings(text, part)] == checks, text
