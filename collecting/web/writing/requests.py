@@ -66,7 +66,8 @@ def read_draft(fields: Mapping[str, Any]) -> tuple[int, Written]:
     Raises:
         BadInput: if the request is malformed.
     """
-    return _whole(fields, "revision"), _written(fields)
+    written = _written(fields)
+    return _whole(fields, "revision"), written
 
 
 def read_submission(fields: Mapping[str, Any]) -> tuple[str, Written]:
@@ -75,7 +76,8 @@ def read_submission(fields: Mapping[str, Any]) -> tuple[str, Written]:
     Raises:
         BadInput: if the request is malformed.
     """
-    return _id(fields, "submission"), _written(fields)
+    written = _written(fields)
+    return _id(fields, "submission"), written
 
 
 def _written(fields: Mapping[str, Any]) -> Written:
