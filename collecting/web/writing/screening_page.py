@@ -29,6 +29,9 @@ class WriteScreening:
         guarded = self._handlers.guarded
         return [web.get(ADDRESS, guarded(self._ask)), web.post(ADDRESS, guarded(self._judge))]
 
+    def close(self) -> None:
+        """End nothing: the test holds nothing open."""
+
     async def _ask(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             collection, visitor = self._handlers.visitor(request)

@@ -6,6 +6,9 @@ from contextlib import closing
 import pytest
 
 from tests.collecting.web.writing.write_site import WriteSite
+from tests.web.conftest import browser
+
+__all__ = ["browser", "site"]
 
 
 @pytest.fixture(scope="module")
