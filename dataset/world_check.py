@@ -1,6 +1,7 @@
 """Check of a navigation text against its episode's world: named street furniture that is not there."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from arramon_dataset.release.landmarks.agreement import WITHIN, landmarks_by_kind, mentions_of, placed_things
@@ -33,6 +34,29 @@ def missing_furniture(text: str, language: str, episode: Episode, turn: int, sec
         turn: 1 or 2.
         section: of the episode.
     """
+    return [
+        Failure(CHECK, SUSPICIOUS, _message(thing.event, turn, thing.place, thing.at))
+        for thing in absent_things(text, language, episode, turn, section)
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class AbsentThing:
+    """A thing that a text names and that is not there.
+
+    Attributes:
+        event: how the text names it.
+        place: index of the place on the path from which it would be seen.
+        at: that place, (x, z).
+    """
+
+    event: Event
+    place: int
+    at: tuple[float, ...]
+
+
+def absent_things(text: str, language: str, episode: Episode, turn: int, section: Section) -> list[AbsentThing]:
+    """Return the things of `missing_furniture`."""
     events = events_of(text, language)
     if not events:
         return []
@@ -40,7 +64,7 @@ def missing_furniture(text: str, language: str, episode: Episode, turn: int, sec
     things = placed_things(furnished(section, episode.furniture).props)
     aligned = align(events, path, LandmarkMap.of(landmarks_by_kind(things, KNOWN)).fit)
     return [
-        Failure(CHECK, SUSPICIOUS, _message(event, turn, place, tuple(path.places[place])))
+        AbsentThing(event, place, tuple(path.places[place]))
         for event, place, thing in mentions_of(events, aligned, path, things)
         if thing < 0
     ]

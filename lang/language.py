@@ -13,7 +13,7 @@ from arramon_lang.reading.mentions import Mention, find_mentions
 from arramon_lang.reading.outline import OutlineEntry
 from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
-from arramon_lang.tokens import ScriptTokenizer
+from arramon_lang.tokens import ScriptTokenizer, Token
 from arramon_lang.writing.voice import Voice, draw_voice
 from arramon_lang.writing.writer import Writer
 
@@ -24,6 +24,9 @@ CACHED_READINGS = 64
 """Number of cached readings of texts."""
 
 _ABOUT = "language.toml"
+
+_GRAMMAR = ("grammar", "things", "phrases")
+"""Files of `Language.grammar`."""
 
 
 class UnknownLanguage(LookupError):
@@ -80,6 +83,10 @@ class Language:
         """Return the text's words, numbers and punctuation in order, normalised, with their case."""
         return [token.text for token in self._tokenizer.split(text)]
 
+    def split(self, text: str) -> list[Token]:
+        """Return the text's words, numbers and punctuation in order, normalised, with their positions in `text`."""
+        return self._tokenizer.split(text)
+
     def find_objects(self, text: str) -> list[Mention]:
         """Return the collectibles that a text mentions, in order, with their positions in `text` as given.
 
@@ -117,10 +124,15 @@ class Language:
         """Draw a speaker, whose register and nouns stay the same in all texts."""
         return draw_voice(self.grammar, random)
 
+    @property
+    def has_grammar(self) -> bool:
+        """Whether the language has the files to read and write meanings; without them its texts can only be checked."""
+        return all((self._folder / f"{name}.toml").exists() for name in _GRAMMAR)
+
     @cached_property
     def grammar(self) -> Grammar:
         """The language's data for writing and reading, loaded on first use."""
-        return Grammar(*(read_file(self._folder, name) for name in ("grammar", "things", "phrases")))
+        return Grammar(*(read_file(self._folder, name) for name in _GRAMMAR))
 
     @cached_property
     def _writer(self) -> Writer:

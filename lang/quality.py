@@ -56,11 +56,16 @@ class Failure:
         check: name of the check, such as "few_words" or "term"; the same in every language.
         severity: BLOCKED or SUSPICIOUS.
         message: the words at fault, what is wrong with them, and what was expected.
+        words: the words, symbols or letters at fault, normalised and case-folded; empty if the whole text is, or if
+            something is missing. `marks` finds them in the text.
+        expected: what was expected instead, in words of the language or a number; "" where the check alone says it.
     """
 
     check: str
     severity: str
     message: str
+    words: tuple[str, ...] = ()
+    expected: str = ""
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.check}: {self.message}"
@@ -102,9 +107,31 @@ def check(
                 "no_turn",
                 BLOCKED,
                 f"the path begins with a turn of {first_turn:.0f} degrees; expected {_quoted(rules.wanted['turn'])}",
+                expected=" ".join(rules.wanted["turn"][0].words),
             )
         )
     return (*blocked, *_suspicious(text, words, rules, phase, spelt, target))
+
+
+def marks(text: str, failure: Failure, language: str, root: Path = ROOT) -> tuple[tuple[int, int], ...]:
+    """Return where the words at fault of a failure are in a text, as (start, end) in characters of `text`, in order.
+
+    Args:
+        text: the checked text, as given to `check`.
+        failure: one that `check` returned for it.
+        language: code of the language.
+        root: folder that contains the languages' folders.
+    """
+    tokens = [token for token in load(language, root).split(text) if _is_word(token.text)]
+    keys = [token.key for token in tokens]
+    found = set[tuple[int, int]]()
+    for words in map(str.split, failure.words):
+        runs = [start for start in range(len(keys)) if keys[start : start + len(words)] == words]
+        found |= {(tokens[start].start, tokens[start + len(words) - 1].end) for start in runs}
+        if not runs:  # A symbol, letters within a word, or words with hyphens.
+            pattern = r"\s+".join(map(re.escape, words))
+            found |= {match.span() for match in re.finditer(pattern, text, re.IGNORECASE)}
+    return tuple(sorted(found))
 
 
 def any_blocks(failures: Iterable[Failure]) -> bool:
@@ -192,24 +219,25 @@ def _term(written: str, language: Language) -> _Term:
 def _general(text: str, words: _Words, rules: _Rules) -> Iterator[Failure]:
     """Yield failures of the paper's general checks, except those of terms."""
 
-    def blocked(name: str, message: str) -> Failure:
-        return Failure(name, BLOCKED, message)
+    def blocked(name: str, message: str, *at_fault: str, expected: str = "") -> Failure:
+        return Failure(name, BLOCKED, message, at_fault, expected)
 
     if len(words.spaced) < rules.min_words:
-        yield blocked("few_words", f"{len(words.spaced)} words; expected at least {rules.min_words}")
+        few = f"{len(words.spaced)} words; expected at least {rules.min_words}"
+        yield blocked("few_words", few, expected=str(rules.min_words))
     if text and sum(map(str.isspace, text)) >= MAX_SPACES * len(text):
         yield blocked("spaces", f"{sum(map(str.isspace, text))} of {len(text)} characters are spaces")
     for symbol in sorted(set(text) & set(SYMBOLS)):
-        yield blocked("symbol", f"{symbol!r}; these cannot be included: {' '.join(SYMBOLS)}")
+        yield blocked("symbol", f"{symbol!r}; these cannot be included: {' '.join(SYMBOLS)}", symbol)
     for word in words.spaced:
         if len(word) == len(_letters(word)) == 1 and word.casefold() not in rules.single_letters:
-            yield blocked("single_letter", f"{word!r} is a single letter")
+            yield blocked("single_letter", f"{word!r} is a single letter", word.casefold())
     if repeated := _tripled_letter(text):
-        yield blocked("repeated_letter", f"{repeated!r} repeats a letter three times")
+        yield blocked("repeated_letter", f"{repeated!r} repeats a letter three times", repeated)
     keys = [word.casefold() for word in words.spaced]
     for first, second in pairwise(keys):
         if first == second and first not in rules.repeats:
-            yield blocked("repeated_word", f"{first!r} occurs twice in a row")
+            yield blocked("repeated_word", f"{first!r} occurs twice in a row", f"{first} {second}")
     if len(set(keys)) < MIN_UNIQUE * len(keys):
         yield blocked("few_unique", f"{len(set(keys))} different words of {len(keys)}; expected {MIN_UNIQUE:.0%}")
 
@@ -218,7 +246,7 @@ def _terms(words: _Words, rules: _Rules, phase: str) -> Iterator[Failure]:
     for term, listed in rules.forbidden[phase].items():
         if found := words.first_of(listed):
             called = "" if found == term else f" ({term})"
-            yield Failure("term", BLOCKED, f"{found!r}{called} cannot be included")
+            yield Failure("term", BLOCKED, f"{found!r}{called} cannot be included", (found,))
 
 
 def _suspicious(
@@ -226,18 +254,21 @@ def _suspicious(
 ) -> Iterator[Failure]:
     """Yield failures of the guidelines for writers that can be checked automatically."""
 
-    def suspicious(name: str, message: str) -> Failure:
-        return Failure(name, SUSPICIOUS, message)
+    def suspicious(name: str, message: str, *at_fault: str, expected: str = "") -> Failure:
+        return Failure(name, SUSPICIOUS, message, at_fault, expected)
 
     for name, listed in rules.suspicious.items():
         if (name != "movement" or phase == "assembly") and (found := words.first_of(listed)):
-            yield suspicious(name, f"{found!r}")
+            yield suspicious(name, f"{found!r}", found)
     action = "pick_up" if phase == "navigation" else "place"
     if not words.first_of(rules.wanted[action]):
-        yield suspicious(f"no_{action}", f"expected a word such as {_quoted(rules.wanted[action])}")
+        wanted = rules.wanted[action]
+        yield suspicious(
+            f"no_{action}", f"expected a word such as {_quoted(wanted)}", expected=" ".join(wanted[0].words)
+        )
     for number, unit in pairwise(words.keys):
         if unit in rules.units and (number.isdigit() or number in rules.numbers):
-            yield suspicious("count", f"'{number} {unit}' counts movements")
+            yield suspicious("count", f"'{number} {unit}' counts movements", f"{number} {unit}")
     if len(words.spaced) > MAX_WORDS:
         yield suspicious("long", f"{len(words.spaced)} words; more than {MAX_WORDS} are rare")
     letters = len(_letters(text))
@@ -247,14 +278,15 @@ def _suspicious(
         yield suspicious("no_landmark", "names no landmark for the placement")
     if target is not None and not _names_target(text, language, target):
         called = " ".join(filter(None, (target.look, target.colour, target.kind)))
-        yield suspicious("no_target", f"does not name the {called}")
+        yield suspicious("no_target", f"does not name the {called}", expected=called)
     yield from _spelling(text, words, rules, language)
 
 
 def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> Iterator[Failure]:
     for word in words.keys:
         if word in rules.misspelt:
-            yield Failure("misspelt", SUSPICIOUS, f"{word!r}; expected {rules.misspelt[word]!r}")
+            right = rules.misspelt[word]
+            yield Failure("misspelt", SUSPICIOUS, f"{word!r}; expected {right!r}", (word,), right)
     if _SPACE_BEFORE_MARK.search(text):
         yield Failure("space_before_mark", SUSPICIOUS, "a space before punctuation")
     if language.without_spelt_joiners(text).split() != language.normalise(text).split():
@@ -262,7 +294,7 @@ def _spelling(text: str, words: _Words, rules: _Rules, language: Language) -> It
     used = {name: found for name, listed in rules.registers.items() if (found := words.first_of(listed))}
     if len(used) > 1:
         mixed = " and ".join(f"{found!r} ({name})" for name, found in used.items())
-        yield Failure("registers", SUSPICIOUS, f"mixes {mixed}")
+        yield Failure("registers", SUSPICIOUS, f"mixes {mixed}", tuple(used.values()))
 
 
 def _has_relation(text: str, language: Language) -> bool:

@@ -1,6 +1,7 @@
 """Drafts of tasks, which survive a reload and a new device, and never overwrite a newer one."""
 
 from collections.abc import Mapping
+from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
@@ -11,6 +12,9 @@ from arramon_collecting.storage.transactions import Clock, utc_now
 from arramon_server.errors import BadInput, Conflict
 from arramon_server.runs.storage.collection_tables import drafts, tasks
 from arramon_server.runs.storage.database import Database
+
+IDLE_SECONDS = 60.0
+"""Longest pause between two signs of activity that counts as active time."""
 
 MAX_DRAFT_BYTES = 256 << 10
 """Maximum size of a draft as JSON."""
@@ -63,7 +67,7 @@ class Drafts:
             raise BadInput(f"the draft has {size} bytes; at most {MAX_DRAFT_BYTES} are allowed")
         now = self._clock()
         with self._database.write() as connection:
-            check_open(connection, task.task_id)
+            open_task = check_open(connection, task.task_id)
             row = connection.execute(sa.select(drafts).where(drafts.c.task_id == task.task_id)).first()
             found = record_of(Draft, row) if row is not None else Draft(task.task_id, 0, {}, None)
             if found.revision != based_on:
@@ -76,7 +80,8 @@ class Drafts:
                 connection.execute(drafts.insert(), [{"task_id": task.task_id} | values])
             else:
                 connection.execute(drafts.update().where(drafts.c.task_id == task.task_id).values(**values))
-            connection.execute(tasks.update().where(tasks.c.task_id == task.task_id).values(seen_at=now))
+            used = {"seen_at": now, "active_seconds": active_seconds(open_task, now)}
+            connection.execute(tasks.update().where(tasks.c.task_id == task.task_id).values(**used))
         return saved
 
 
@@ -91,3 +96,8 @@ def check_open(connection: Connection, task_id: str) -> Task:
     if found.state != OPEN:
         raise Conflict(f"the task is {found.state}, expected an open one")
     return found
+
+
+def active_seconds(task: Task, now: datetime) -> float:
+    """Return the active time of a task that is used now: longer pauses count as `IDLE_SECONDS`."""
+    return task.active_seconds + min(max((now - task.seen_at).total_seconds(), 0.0), IDLE_SECONDS)

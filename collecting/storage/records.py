@@ -35,6 +35,9 @@ VERIFYING, KEPT, DISCARDED, IN_REVIEW, SENT_BACK, REJECTED, WITHDRAWN = (
 )  # fmt: skip
 """States of a text: withdrawn is that of a person who left and did not want to leave the texts."""
 
+HINT = "hint"
+"""Severity of failed checks that only advise the writer, beside the languages' "blocked" and "suspicious"."""
+
 PRESENT = (VERIFYING, KEPT, IN_REVIEW, SENT_BACK)
 """States of texts for which nobody else writes instructions of the same episode."""
 

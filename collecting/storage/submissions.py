@@ -15,10 +15,12 @@ from arramon_collecting.rules.payment import (
     payment_for_verification,
     payments_for_text,
 )
+from arramon_collecting.storage.drafts import active_seconds
 from arramon_collecting.storage.ledger import accepted_texts, pay
 from arramon_collecting.storage.records import (
     DISCARDED,
     EXPIRED,
+    HINT,
     IN_REVIEW,
     KEPT,
     OPEN,
@@ -33,7 +35,7 @@ from arramon_collecting.storage.records import (
     Verification,
     record_of,
 )
-from arramon_collecting.storage.tasks import active_seconds, is_free, open_task
+from arramon_collecting.storage.tasks import is_free, open_task
 from arramon_collecting.storage.transactions import Clock, lock, new_id, utc_now
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.storage.collection_tables import drafts, tasks, texts, verifications
@@ -101,7 +103,7 @@ class Submissions:
             task: an open task of the stage "write", or one that has expired and that nobody else does.
             submission_id: id that the page drew for the submission; the same one again changes nothing.
             instructions: texts that `clean_instructions` returned.
-            failures: the checks that they failed, none of which blocks.
+            failures: the checks that they failed, none of which blocks; hints alone call for no review.
             evidence: signs of pasted or generated text.
 
         Raises:
@@ -116,7 +118,8 @@ class Submissions:
                 return Submission(found, _text_of(connection, found), repeated=True)
             now = self._clock()
             active = active_seconds(found, now)
-            is_doubtful = bool(failures) or active < collection.settings.min_seconds_write
+            is_too_quick = active < collection.settings.min_seconds_write
+            is_doubtful = is_too_quick or any(one["severity"] != HINT for one in failures)
             row = {
                 "instructions": [list(pair) for pair in instructions],
                 "failures": list(map(dict, failures)),

@@ -1,14 +1,14 @@
 """Tasks: given out one at a time to each worker, kept while used, and given back."""
 
 from collections.abc import Callable, Mapping, Sequence
-from datetime import datetime, timedelta
+from datetime import timedelta
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
 from arramon_collecting.rules.assignment import Candidate, Known, next_gold, next_to_verify, next_to_write, wants_gold
-from arramon_collecting.storage.drafts import check_open
+from arramon_collecting.storage.drafts import active_seconds, check_open
 from arramon_collecting.storage.records import (
     EXPIRED,
     OPEN,
@@ -31,9 +31,6 @@ from arramon_collecting.storage.workers import check_active
 from arramon_server.errors import Conflict, NotFound, OverQuota, quoted
 from arramon_server.runs.storage.collection_tables import collections, tasks, texts, verifications
 from arramon_server.runs.storage.database import Database
-
-IDLE_SECONDS = 60.0
-"""Longest pause between two signs of activity that counts as active time."""
 
 
 class Tasks:
@@ -287,11 +284,6 @@ class Tasks:
             }
             connection.execute(tasks.insert(), [row])
         return self.get(task_id)
-
-
-def active_seconds(task: Task, now: datetime) -> float:
-    """Return the active time of a task that is used now: longer pauses count as `IDLE_SECONDS`."""
-    return task.active_seconds + min(max((now - task.seen_at).total_seconds(), 0.0), IDLE_SECONDS)
 
 
 def known_episodes(connection: Connection, worker_id: str) -> Known:

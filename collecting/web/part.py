@@ -8,9 +8,13 @@ from aiohttp import web
 
 from arramon_collecting.mail_sender import MailSender
 from arramon_collecting.storage.store import Store
+from arramon_collecting.verifying.text_source import StoredTexts
+from arramon_collecting.verifying.text_splits import TextSplits
 from arramon_collecting.web.handlers import Handlers
 from arramon_collecting.web.join_pages import JoinPages
+from arramon_collecting.web.verify_groups import verify_page_groups
 from arramon_collecting.web.worker_pages import WorkerPages
+from arramon_collecting.web.writing.write_groups import write_page_groups
 from arramon_server.episodes.splits import Split
 from arramon_server.web.web_parts import WebContext
 
@@ -31,7 +35,7 @@ class PageGroup(Protocol):
 
 
 class CollectingPart:
-    """All pages of collections.
+    """All pages of collections, and the sending of mails.
 
     Args:
         context: the services of the server process.
@@ -43,11 +47,13 @@ class CollectingPart:
     def __init__(self, context: WebContext) -> None:
         context.renderer.add_folder(NAME, Path(__file__).parent)
         store = Store(context.database)
-        self.splits: Mapping[str, Split] = {}
+        self.splits: Mapping[str, Split] = TextSplits(context.splits, StoredTexts(store, context.splits))
         self._handlers = handlers = Handlers(store, context.renderer)
         self._pages: Sequence[PageGroup] = (
             JoinPages(handlers, context.access),
             WorkerPages(handlers, context.splits),
+            *write_page_groups(context, handlers),
+            *verify_page_groups(context, handlers),
         )
         self._mail = MailSender(store)
         self._mail.start()

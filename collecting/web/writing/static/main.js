@@ -1,0 +1,159 @@
+// The write page: connects the walk, the four texts, their drafts and the page.
+import { Drafts } from "./drafts.js";
+import { Evidence } from "./evidence.js";
+import { listen } from "./keys.js";
+import { PageView } from "./page.js";
+import { Server, randomHex } from "./server.js";
+import { Walk } from "./walk.js";
+
+const settings = JSON.parse(document.getElementById("settings").textContent);
+const { texts: words, parts } = settings;
+const element = (id) => document.getElementById(id);
+const text = element("text");
+const server = new Server(settings.base, settings.csrf);
+const page = new PageView(words, settings.language, settings.max_characters);
+const evidence = new Evidence({});
+const submission = randomHex();
+
+let typed = parts.map(() => "");     // the texts, by part
+let findings = parts.map(() => []);  // of what was last saved
+let isComposing = false;
+
+const walk = new Walk(server, settings.size, {
+  view: (image) => page.view(image),
+  moved: (facts) => {
+    page.status("");
+    page.moved(facts, walk.part);
+    document.documentElement.dataset.at = walk.position;
+    if (facts.before !== walk.position) drafts.change();
+    if (Number(facts.before.split(".")[0]) !== walk.part) enterPart();
+    else showPart();
+  },
+  lost: () => page.status(words.lost),
+  refused: (error) => refuse(error),
+});
+
+const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.report }), {
+  saved: (answer) => {
+    findings = answer.findings;
+    page.saved("saved");
+    if (!isComposing) showFindings();
+    showPart();
+  },
+  waits: () => page.saved("unsaved"),
+  unsaved: () => page.saved("not_saved"),
+  takenOver: () => {
+    text.readOnly = true;
+    page.status(words.taken_over, "again");
+  },
+  refused: (error) => refuse(error),
+});
+
+async function open() {
+  let opened;
+  try {
+    opened = await drafts.open();
+  } catch (error) {
+    if (error.status && !error.isTemporary) { refuse(error); return; }
+    page.status(words.lost);
+    setTimeout(open, 2000);
+    return;
+  }
+  const { draft, restored, aside } = opened;
+  const unsaved = drafts.revision && aside ? aside.texts : [];
+  typed = restored ? restored.texts : draft.texts;
+  findings = draft.findings;
+  Object.assign(evidence.counts, draft.evidence);
+  page.aside(unsaved.filter((one) => one && !draft.texts.includes(one.normalize("NFC").trim())));
+  page.status("");
+  text.readOnly = false;
+  await walk.start(restored ? restored.position : draft.position);
+  enterPart();
+  if (restored) drafts.change();
+}
+
+function refuse(error) {
+  const known = { 401: "signed_out", 403: "signed_out", 404: "task_gone", 409: "task_gone" }[error.status];
+  page.status(known ? words[known] : page.say("problem", { message: error.message }));
+}
+
+function stateOf(part) {
+  if (findings[part].some(({ severity }) => severity === "blocked") && typed[part]) return "blocked";
+  return typed[part].trim() ? "written" : "empty";
+}
+
+function showPart() {
+  page.part(walk.part, walk.reached, parts.map((_, i) => stateOf(i)));
+}
+
+function enterPart() {
+  text.value = typed[walk.part];
+  evidence.changed(text);
+  page.count(text.value);
+  showFindings();
+  showPart();
+}
+
+function showFindings() {
+  page.findings(typed[walk.part], typed[walk.part].trim() ? findings[walk.part] : []);
+}
+
+// A text as it stands counts only when the input method is done with it.
+function takeText() {
+  typed[walk.part] = text.value.normalize("NFC");
+  page.count(text.value);
+  showPart();
+  if (text.value.length > settings.max_kept) page.saved("too_large"); else drafts.change();
+}
+
+text.addEventListener("compositionstart", () => { isComposing = true; });
+text.addEventListener("compositionend", () => { isComposing = false; takeText(); });
+text.addEventListener("input", (event) => { if (!isComposing && !event.isComposing) takeText(); });
+
+text.addEventListener("focus", () => document.body.classList.add("writes"));
+text.addEventListener("blur", () => document.body.classList.remove("writes"));
+element("view").addEventListener("pointerdown", () => element("view").focus({ preventScroll: true }));
+
+listen(text, element("view"), {
+  move: (move, isRepeated) => walk.move(move, isRepeated),
+  write: () => text.focus(),
+  walk: () => element("view").focus({ preventScroll: true }),
+});
+
+document.querySelectorAll("#parts button").forEach((button, part) => {
+  button.addEventListener("click", () => { if (part !== walk.part) walk.enter(part); });
+});
+element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; open(); });
+element("submit").addEventListener("click", submit);
+
+async function submit() {
+  const missing = parts.findIndex((_, i) => stateOf(i) !== "written");
+  if (missing >= 0) {
+    walk.enter(missing);
+    page.status(words[stateOf(missing) === "empty" ? "write_first" : "mend_first"]);
+    text.focus();
+    return;
+  }
+  element("submit").disabled = true;
+  drafts.stop();
+  const content = { submission, editor: drafts.editor, position: walk.position, texts: typed, evidence: evidence.report };
+  try {
+    const answer = await server.post("submit", content);
+    drafts.forget();
+    location.assign(answer.next);
+  } catch (error) {
+    element("submit").disabled = false;
+    drafts.isStopped = false;
+    if (error.status === 422) {
+      findings = error.answer.findings;
+      const blocked = parts.findIndex((_, i) => findings[i].some(({ severity }) => severity === "blocked"));
+      if (blocked >= 0 && blocked !== walk.part) walk.enter(blocked); else enterPart();
+      page.status(words.mend_first);
+    } else if (error.status && !error.isTemporary) refuse(error);
+    else page.status(words.not_submitted);
+  }
+}
+
+evidence.watch(text);
+element("view").width = element("view").height = settings.size;
+open();

@@ -1,0 +1,98 @@
+// Draws what the page shows beside the view: parts, findings with their words marked, counts, messages.
+const element = (id) => document.getElementById(id);
+
+export class PageView {
+  constructor(texts, language, maxCharacters) {
+    Object.assign(this, { texts, language, maxCharacters });
+    this.canvas = element("view");
+    this.context = this.canvas.getContext("2d");
+  }
+
+  say(key, values = {}) {
+    return Object.entries(values).reduce((text, [name, value]) => text.replaceAll(`{${name}}`, value), this.texts[key] ?? key);
+  }
+
+  // A message above everything; empty for none. `action` names a button below it.
+  status(text, action = "") {
+    element("status").textContent = text;
+    element("status").hidden = !text;
+    element("again").hidden = action !== "again";
+  }
+
+  view(image) {
+    this.context.drawImage(image, 0, 0, this.canvas.width, this.canvas.height);
+  }
+
+  moved({ outcome, progress, bearing }, part) {
+    element("outcome").textContent = outcome ? this.texts[`outcome_${outcome}`] ?? "" : "";
+    element("way").value = progress;
+    element("way").hidden = part % 2 === 1;
+    const arrow = element("arrow");
+    arrow.toggleAttribute("hidden", bearing === null);
+    if (bearing === null) return;
+    arrow.querySelector("g").setAttribute("transform", `rotate(${bearing})`);
+    const side = ["ahead", "right", "behind", "left"][Math.round(bearing / 90) % 4];
+    arrow.setAttribute("aria-label", this.texts[`${part % 2 ? "cell" : "target"}_${side}`]);
+  }
+
+  part(part, reached, states) {
+    const isRoom = part % 2 === 1;
+    element("heading").textContent = this.say(isRoom ? "room_part" : "street_part", { turn: Math.floor(part / 2) + 1 });
+    element("ask").textContent = this.texts[isRoom ? "ask_room" : "ask_street"];
+    element("act").textContent = this.texts[isRoom ? "place" : "pick_up"];
+    element("text").setAttribute("aria-label", element("heading").textContent);
+    document.querySelectorAll("#parts button").forEach((button, i) => {
+      button.disabled = i > reached;
+      button.toggleAttribute("aria-current", i === part);
+      button.dataset.state = states[i];
+      button.querySelector(".hidden").textContent = this.texts[`state_${states[i]}`];
+    });
+    element("submit").hidden = reached < states.length;
+  }
+
+  // The length of the text: not shown anew while it is composed.
+  count(text) {
+    const length = [...text].length;
+    element("count").textContent = this.say("count", { length, most: this.maxCharacters });
+    element("count").classList.toggle("over", length > this.maxCharacters);
+  }
+
+  saved(key) { element("saved").textContent = this.texts[key] ?? ""; }
+
+  findings(text, findings) {
+    element("findings").replaceChildren(...findings.map((finding) => this.finding(finding)));
+    const marks = findings.flatMap(({ marks: places, severity }) => places.map(([start, end]) => ({ start, end, severity })));
+    element("marked").hidden = marks.length === 0;
+    element("marked").replaceChildren(...markedNodes(text, marks));
+  }
+
+  finding({ severity, message, marks }) {
+    const item = document.createElement("li");
+    item.className = severity;
+    const kind = Object.assign(document.createElement("b"), { textContent: this.texts[`severity_${severity}`] });
+    item.append(kind, " ", message);
+    if (marks.length) {
+      const button = Object.assign(document.createElement("button"), { type: "button", className: "quiet", textContent: this.texts.show });
+      button.addEventListener("click", () => { element("text").focus(); element("text").setSelectionRange(...marks[0]); });
+      item.append(" ", button);
+    }
+    return item;
+  }
+
+  aside(texts) {
+    element("aside").hidden = texts.length === 0;
+    element("aside").querySelector("ul").replaceChildren(...texts.map((text) => Object.assign(document.createElement("li"), { textContent: text, lang: this.language })));
+  }
+}
+
+function markedNodes(text, marks) {
+  const nodes = [];
+  let done = 0;
+  for (const { start, end, severity } of marks.sort((a, b) => a.start - b.start || b.end - a.end)) {
+    if (start < done) continue;
+    const mark = Object.assign(document.createElement("mark"), { className: severity, textContent: text.slice(start, end) });
+    nodes.push(text.slice(done, start), mark);
+    done = end;
+  }
+  return [...nodes, text.slice(done)];
+}

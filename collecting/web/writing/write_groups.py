@@ -1,0 +1,38 @@
+"""The groups of pages of writing."""
+
+from pathlib import Path
+from typing import Protocol
+
+from aiohttp import web
+
+from arramon_collecting.web.handlers import Handlers
+from arramon_collecting.web.writing.screening_page import WriteScreening
+from arramon_collecting.web.writing.write_page import NAME, WritePage
+from arramon_collecting.web.writing.write_tasks import WriteTasks
+from arramon_collecting.writing.pictures import WriterPictures
+from arramon_server.web.web_parts import WebContext
+
+
+class Group(Protocol):
+    """Some of the pages."""
+
+    def routes(self) -> list[web.RouteDef]:
+        """Return their routes."""
+        ...
+
+    def close(self) -> None:
+        """End what they have begun."""
+        ...
+
+
+def write_page_groups(context: WebContext, handlers: Handlers) -> list[Group]:
+    """Return the groups of pages.
+
+    Args:
+        context: the services of the server process.
+        handlers: what all pages of collections share.
+    """
+    context.renderer.add_folder(NAME, Path(__file__).parent)
+    pictures = WriterPictures(context.splits, context.config.camera)
+    tasks = WriteTasks(handlers.store, context.splits)
+    return [WritePage(handlers, tasks, pictures, context.config.play_image_sizes[0]), WriteScreening(handlers)]
