@@ -14,6 +14,7 @@ from arramon_collecting.rules.agreement import (
 
 STREET = ((0.0, 0.0), (0.0, 1.0), (0.0, 2.0))
 AWAY = ((0.0, 0.0), (0.0, -300.0), (0.0, -600.0))
+TWO_CODERS = ([0, 1, 0, 0, 0, 0, 0, 0, 1, 0], [1, 1, 1, 0, 0, 1, 0, 0, 0, 0])
 A, B = (2, 1, 2), (3, 1, 2)
 
 
@@ -56,7 +57,7 @@ def test_agreement_of_a_worker_is_with_others_alone() -> None:
         (
             {
                 str(unit): [walk("a", *["wrong"] * one), walk("b", *["wrong"] * two)]
-                for unit, (one, two) in enumerate(zip([0, 1, 0, 0, 0, 0, 0, 0, 1, 0], [1, 1, 1, 0, 0, 1, 0, 0, 0, 0], strict=True))
+                for unit, (one, two) in enumerate(zip(*TWO_CODERS, strict=True))
             },
             0.095,
         ),
