@@ -1,29 +1,17 @@
 """Whether a worker's device is fit for the tasks: keyboard, screen, speed of drawing. Pure."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
+
+from arramon_collecting.settings import DeviceRules, Stage
 
 from arramon_server.errors import BadInput
 
 MAX_PIXELS, MAX_MILLISECONDS = 100_000, 60_000.0
 """Limits of what a page may report."""
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceRules:
-    """What a device must have.
-
-    Attributes:
-        needs_keyboard: whether touch alone is too little.
-        min_width: width of the window, in CSS pixels.
-        max_frame_ms: median time to decode and draw one frame, in milliseconds.
-    """
-
-    needs_keyboard: bool = False
-    min_width: int = 320
-    max_frame_ms: float = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +22,7 @@ class Device:
         keyboard: whether a key was pressed.
         touch: whether the screen takes touches.
         width, height: size of the window, in CSS pixels.
-        frame_ms: median time to decode and draw one frame, in milliseconds.
+        frame_ms: median time from a key to its picture, without the server, in milliseconds.
     """
 
     keyboard: bool
@@ -73,10 +61,10 @@ def read_device(given: Any) -> Device:
     return Device(given["keyboard"], given["touch"], given["width"], given["height"], round(float(frame_ms), 2))
 
 
-def problems_of(device: Device, rules: DeviceRules) -> list[DeviceProblem]:
-    """Return why a device is refused; empty if it is not."""
+def problems_of(device: Device, rules: DeviceRules, stages: Collection[Stage]) -> list[DeviceProblem]:
+    """Return why a device is refused for tasks of these stages; empty if it is not."""
     found = []
-    if rules.needs_keyboard and not device.keyboard:
+    if not device.keyboard and not set(stages).isdisjoint(rules.keyboard_stages):
         found.append(DeviceProblem.NO_KEYBOARD)
     elif not (device.keyboard or device.touch):
         found.append(DeviceProblem.NO_INPUT)

@@ -1,8 +1,9 @@
 """Screening of devices, by tables."""
 
 import pytest
+from arramon_collecting.settings import DeviceRules, Stage
 
-from arramon_collecting.rules.device_screening import Device, DeviceProblem, DeviceRules, problems_of, read_device
+from arramon_collecting.rules.device_screening import Device, DeviceProblem, problems_of, read_device
 from arramon_server.errors import BadInput
 
 GIVEN = {"keyboard": True, "touch": False, "width": 1440, "height": 900, "frame_ms": 8.333}
@@ -27,16 +28,23 @@ def test_a_wrong_report_is_refused(wrong: dict[str, object]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("device", "rules", "expected"),
+    ("device", "rules", "stages", "expected"),
     [
-        (DEVICE, DeviceRules(), []),
-        (PHONE, DeviceRules(), []),
-        (PHONE, DeviceRules(needs_keyboard=True, min_width=800), [DeviceProblem.NO_KEYBOARD, DeviceProblem.TOO_NARROW]),
-        (Device(False, False, 800, 600, 8.0), DeviceRules(), [DeviceProblem.NO_INPUT]),
-        (PHONE, DeviceRules(max_frame_ms=29.9), [DeviceProblem.TOO_SLOW]),
+        (DEVICE, DeviceRules(), ["write", "verify"], []),
+        (PHONE, DeviceRules(), ["write", "verify"], []),
+        (PHONE, DeviceRules(keyboard_stages=("write",)), ["verify"], []),
+        (
+            PHONE,
+            DeviceRules(keyboard_stages=("write",), min_width=800),
+            ["write", "verify"],
+            [DeviceProblem.NO_KEYBOARD, DeviceProblem.TOO_NARROW],
+        ),
+        (Device(False, False, 800, 600, 8.0), DeviceRules(), ["verify"], [DeviceProblem.NO_INPUT]),
+        (PHONE, DeviceRules(max_frame_ms=50), ["verify"], []),
+        (Device(True, True, 360, 740, 50.1), DeviceRules(max_frame_ms=50), ["verify"], [DeviceProblem.TOO_SLOW]),
     ],
 )
 def test_devices_are_refused_with_all_reasons(
-    device: Device, rules: DeviceRules, expected: list[DeviceProblem]
+    device: Device, rules: DeviceRules, stages: list[Stage], expected: list[DeviceProblem]
 ) -> None:
-    assert problems_of(device, rules) == expected
+    assert problems_of(device, rules, stages) == expected
