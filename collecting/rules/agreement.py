@@ -2,12 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations, pairwise
 from statistics import fmean
 
 from arramon_server.scoring.metrics import ndtw
 
-Path = Sequence[tuple[float, float]]
+CACHED_PAIRS = 50_000
+"""Number of pairs of ways whose similarity is kept: a host's pages ask for all of a collection again and again."""
+
+Path = tuple[tuple[float, float], ...]
 """Positions (x, z) of a walk, in order, in units."""
 
 PlacedCell = tuple[int, int, int] | None
@@ -44,6 +48,7 @@ class Agreement:
     cell: float | None
 
 
+@lru_cache(CACHED_PAIRS)
 def path_similarity(one: Path, other: Path) -> float:
     """Return the mean nDTW of two ways in both directions, 0 to 1; 0 if one is empty."""
     if not one or not other:
@@ -119,7 +124,7 @@ def _means(pairs: Sequence[tuple[Walk, Walk]]) -> Agreement:
     return Agreement(fmean(paths), fmean(cells))
 
 
-def simplified(path: Path) -> list[tuple[float, float]]:
+def simplified(path: Sequence[tuple[float, float]]) -> Path:
     """Return a path without consecutive duplicates, rounded to centimetres, as it is stored."""
     rounded = [(round(x, 2), round(z, 2)) for x, z in path]
-    return [*rounded[:1], *(later for earlier, later in pairwise(rounded) if later != earlier)]
+    return (*rounded[:1], *(later for earlier, later in pairwise(rounded) if later != earlier))

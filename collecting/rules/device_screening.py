@@ -7,7 +7,6 @@ from enum import StrEnum
 from typing import Any
 
 from arramon_collecting.settings import DeviceRules, Stage
-
 from arramon_server.errors import BadInput
 
 MAX_PIXELS, MAX_MILLISECONDS = 100_000, 60_000.0

@@ -1,13 +1,13 @@
-"""The run of a verification: an ordinary run of a person on the split of one text, which nobody but its worker plays."""
+"""The run of a verification: an ordinary run of a person on the split of one text, played by its worker alone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import sqlalchemy as sa
-from arramon_collecting.storage.records import Task
 from arramon_server.web.web_parts import WebContext
 
+from arramon_collecting.storage.records import Task
 from arramon_collecting.verifying.text_splits import split_name
 from arramon_server.closing_times import NEVER_CLOSES
 from arramon_server.errors import Conflict, TakenOver

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from threading import Lock
 
-from arramon_collecting.rules.agreement import PlacedCell, simplified
-from arramon_collecting.rules.text_verdict import WalkScores
+from arramon_collecting.rules.agreement import Path, PlacedCell, simplified
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict
 from arramon_server.runs.play.session import EpisodeSession
@@ -23,15 +22,16 @@ class WalkResult:
     """The result of one verification.
 
     Attributes:
-        scores: nDTW and PTC, as recorded when the episode ended.
+        ndtw, ptc: scores of turn 1 and turn 2, as recorded when the episode ended.
         paths: ways of turn 1 and turn 2, in units; an empty one was not begun.
         cells: cells in which the objects were placed.
         cause: cause of the episode's end, one of `runs.storage.causes`.
         seconds: time from the creation of the run to the end of its episode.
     """
 
-    scores: WalkScores
-    paths: tuple[list[tuple[float, float]], list[tuple[float, float]]]
+    ndtw: tuple[float, ...]
+    ptc: tuple[float, ...]
+    paths: tuple[Path, Path]
     cells: tuple[PlacedCell, PlacedCell]
     cause: str
     seconds: float
@@ -76,9 +76,9 @@ class WalkResults:
         if ending.cause == TIME_LIMIT and not session.state.finished:
             session.end_at_time_limit()
         first, second = session.record().turns
-        (ndtw_1, ndtw_2), (ptc_1, ptc_2) = ([turn[name] for turn in ending.scores] for name in ("nDTW", "PTC"))
         return WalkResult(
-            WalkScores((ndtw_1, ndtw_2), (ptc_1, ptc_2)),
+            tuple(turn["nDTW"] for turn in ending.scores),
+            tuple(turn["PTC"] for turn in ending.scores),
             (simplified(first.path), simplified(second.path)),
             (first.placed_cell, second.placed_cell),
             ending.cause,

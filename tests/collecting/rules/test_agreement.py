@@ -72,7 +72,6 @@ def test_alpha_over_flags(texts: dict[str, list[Walk]], expected: float | None) 
 
 
 def test_a_path_is_stored_without_turns_on_the_spot() -> None:
-    assert simplified([(0.0, 0.0), (0.0, 0.0), (0.001, 0.499), (0.0, 0.5), (0.0, 1.0)]) == [
-        (0.0, 0.0), (0.0, 0.5), (0.0, 1.0),
-    ]  # fmt: skip
-    assert simplified([]) == []
+    path = [(0.0, 0.0), (0.0, 0.0), (0.001, 0.499), (0.0, 0.5), (0.0, 1.0)]
+    assert simplified(path) == ((0.0, 0.0), (0.0, 0.5), (0.0, 1.0))
+    assert simplified([]) == ()

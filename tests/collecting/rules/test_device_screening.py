@@ -1,9 +1,9 @@
 """Screening of devices, by tables."""
 
 import pytest
-from arramon_collecting.settings import DeviceRules, Stage
 
 from arramon_collecting.rules.device_screening import Device, DeviceProblem, problems_of, read_device
+from arramon_collecting.settings import DeviceRules, Stage
 from arramon_server.errors import BadInput
 
 GIVEN = {"keyboard": True, "touch": False, "width": 1440, "height": 900, "frame_ms": 8.333}
