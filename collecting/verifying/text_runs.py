@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import sqlalchemy as sa
-from arramon_server.web.web_parts import WebContext
 
 from arramon_collecting.storage.records import Task
 from arramon_collecting.verifying.text_splits import split_name
@@ -25,6 +24,7 @@ from arramon_server.runs.storage.tables import participants
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.play.aids import Aids
 from arramon_server.web.play.requests import NewRun
+from arramon_server.web.web_parts import WebContext
 
 VERIFIERS = Caller(Role.PARTICIPANT, COLLECTING_NAME, may_list=False)
 """Owner of all runs of verifications. It has no token, so that no other caller sees or plays them."""
@@ -90,7 +90,6 @@ class TextRuns:
             Conflict: if the task is not open, or its text has changed since.
         """
         task = self._task()
-        assert task.text_id is not None
         if task.run_id is not None and not self._is_void(task.run_id):
             return self._runs.playable_run(VERIFIERS, task.run_id)
         ensure_account(self._database)
@@ -98,7 +97,7 @@ class TextRuns:
             VERIFIERS,
             participant="",
             agent=HUMAN,
-            split=split_name(task.collection, task.text_id),
+            split=split_name(task.collection, task.task_id),
             language=self._language,
             sensors=AIDS.sensors,
             episodes=0,

@@ -1,4 +1,7 @@
-"""Collected texts as playable splits: one hidden split of one episode for each text, found when it is played."""
+"""Collected texts as playable splits: one hidden split of one episode for each verification, found when it is played.
+
+A verification of a text and one of a known episode look alike to the worker: both have the id of the task.
+"""
 
 import hashlib
 import re
@@ -20,7 +23,7 @@ PREFIX = "collecting"
 CACHED = 256
 """Number of splits that are kept, so that an episode that is played stays the same object."""
 
-_NAME = re.compile(rf"{PREFIX}/(?P<collection>[^/]+)/(?P<text>[0-9a-f]{{32}})")
+_NAME = re.compile(rf"{PREFIX}/(?P<collection>[^/]+)/(?P<key>[0-9a-f]{{32}})")
 
 _EPISODE, _SECTION = TypeAdapter(Episode), TypeAdapter(Section)
 
@@ -31,7 +34,7 @@ class PlayableText:
 
     Attributes:
         collection: name of the collection.
-        text_id: 32 hexadecimal digits.
+        key: id of a verification's task, or of a text: 32 hexadecimal digits.
         split: name of the split that has the episode.
         episode_id: id of the episode there.
         language: language of the text.
@@ -39,7 +42,7 @@ class PlayableText:
     """
 
     collection: str
-    text_id: str
+    key: str
     split: str
     episode_id: str
     language: str
@@ -49,33 +52,33 @@ class PlayableText:
 class TextSource(Protocol):
     """Finds what can be played."""
 
-    def playable_text(self, collection: str, text_id: str) -> PlayableText | None:
-        """Return the present version of a text; None if there is none."""
+    def playable_text(self, collection: str, key: str) -> PlayableText | None:
+        """Return what is followed in a verification, or the present version of a text; None if there is none."""
         ...
 
 
-def split_name(collection: str, text_id: str) -> str:
-    """Return the name of a text's split."""
-    return f"{PREFIX}/{collection}/{text_id}"
+def split_name(collection: str, key: str) -> str:
+    """Return the name of the split of a verification's task or of a text."""
+    return f"{PREFIX}/{collection}/{key}"
 
 
 def text_split(base: Split, text: PlayableText) -> Split:
     """Return the split of one text. The same text of the same episode gives the same `data_hash`.
 
-    It is hidden and not ranked, and its episode has the id of the text, so that a worker who finds the episode
-    elsewhere cannot recognise it by its id.
+    It is hidden and not ranked, and its episode has the key as its id, so that a worker who finds the episode elsewhere
+    cannot recognise it by its id.
 
     Raises:
         KeyError: if the base split does not have the episode.
     """
     described = base.episodes[text.episode_id]
-    episode = replace(described, episode_id=text.text_id, instructions={text.language: text.instructions})
+    episode = replace(described, episode_id=text.key, instructions={text.language: text.instructions})
     section = base.sections[episode.section]
     digest = hashlib.sha256(b"arramon collected text 1\n")
     for content in (_EPISODE.dump_json(episode), _SECTION.dump_json(section)):
         digest.update(f"{len(content)}\n".encode() + content)
     return Split(
-        split_name(text.collection, text.text_id),
+        split_name(text.collection, text.key),
         hidden=True,
         source=f"collection {text.collection}",
         episodes={episode.episode_id: episode},
@@ -86,7 +89,7 @@ def text_split(base: Split, text: PlayableText) -> Split:
 
 
 class TextSplits(Mapping[str, Split]):
-    """The splits of all texts, by name; they cannot be listed. Thread-safe.
+    """The splits of all verifications and texts, by name; they cannot be listed. Thread-safe.
 
     Args:
         own: splits of the data folder, by name.
@@ -101,7 +104,7 @@ class TextSplits(Mapping[str, Split]):
 
     def __getitem__(self, name: str) -> Split:
         found = _NAME.fullmatch(name)
-        text = self._source.playable_text(found["collection"], found["text"]) if found else None
+        text = self._source.playable_text(found["collection"], found["key"]) if found else None
         if text is None:
             raise KeyError(name)
         with self._lock:

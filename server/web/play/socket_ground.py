@@ -1,4 +1,4 @@
-"""What a WebSocket of the play page needs of what it is played on: interfaces that other pages with the game implement."""
+"""What a WebSocket of the play page is played on, as interfaces, which other pages with the game implement."""
 
 from typing import Protocol
 

@@ -27,10 +27,10 @@ class Texts:
     """A source of texts in memory."""
 
     def __init__(self, *texts: PlayableText) -> None:
-        self.texts = {(text.collection, text.text_id): text for text in texts}
+        self.texts = {(text.collection, text.key): text for text in texts}
 
-    def playable_text(self, collection: str, text_id: str) -> PlayableText | None:
-        return self.texts.get((collection, text_id))
+    def playable_text(self, collection: str, key: str) -> PlayableText | None:
+        return self.texts.get((collection, key))
 
 
 def test_a_text_is_a_split_of_one_hidden_episode_that_is_not_ranked() -> None:
@@ -47,7 +47,7 @@ def test_a_text_is_a_split_of_one_hidden_episode_that_is_not_ranked() -> None:
         (TEXT, True),
         (replace(TEXT, collection="others"), True),  # what is played is the same
         (replace(TEXT, instructions=(TEXTS[0], TEXTS[0])), False),
-        (replace(TEXT, text_id=OTHER_ID), False),
+        (replace(TEXT, key=OTHER_ID), False),
         (replace(TEXT, language="hi"), False),
     ],
 )
@@ -58,7 +58,7 @@ def test_its_hash_is_that_of_what_is_played(changed: PlayableText, same: bool) -
 
 def test_texts_are_found_by_name_and_never_listed() -> None:
     own = {"tiny": tiny_split()}
-    source = Texts(TEXT, replace(TEXT, text_id=OTHER_ID, split="gone"))
+    source = Texts(TEXT, replace(TEXT, key=OTHER_ID, split="gone"))
     lookup = SplitLookup(own)
     lookup.add(TextSplits(own, source))
     name = split_name("people", TEXT_ID)
