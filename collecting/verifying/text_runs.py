@@ -24,6 +24,7 @@ from arramon_server.runs.storage.tables import participants
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.play.aids import Aids
 from arramon_server.web.play.requests import NewRun
+from arramon_server.web.play.socket_ground import SocketGround, SocketRuns
 from arramon_server.web.web_parts import WebContext
 
 VERIFIERS = Caller(Role.PARTICIPANT, COLLECTING_NAME, may_list=False)
@@ -135,10 +136,46 @@ class NoScores:
         raise Conflict("a verification shows no scores")
 
 
+class NoRuns:
+    """Runs of a page on which only the tutorial is played (`web.play.socket_ground.SocketRuns`)."""
+
+    def find_or_create(self, caller: Caller, run: str | NewRun) -> Run:  # noqa: ARG002, part of the contract
+        """Refuse.
+
+        Raises:
+            Conflict: always.
+        """
+        raise Conflict("only the placement test is played on this page")
+
+    def is_hidden(self, run: Run) -> bool:  # noqa: ARG002, part of the contract
+        """Return that nothing is shown."""
+        return True
+
+    def publish(self, caller: Caller, run: Run) -> None:  # noqa: ARG002, part of the contract
+        """Refuse.
+
+        Raises:
+            Conflict: always.
+        """
+        raise Conflict("a placement test is not published")
+
+
+class NoPractice:
+    """The tutorial of a page that has none (`web.play.socket_ground.PracticeGround`)."""
+
+    async def ground(self) -> SocketGround:
+        """Refuse.
+
+        Raises:
+            Conflict: always.
+        """
+        raise Conflict("there is no practice on this page")
+
+
 @dataclass(frozen=True, slots=True)
 class TextGround:
     """What one verification is played on (`web.play.socket_ground.SocketGround`)."""
 
-    runs: TextRuns
+    runs: SocketRuns
     scores: NoScores
     engine: Engine
