@@ -33,6 +33,9 @@ VERIFIERS = Caller(Role.PARTICIPANT, COLLECTING_NAME, may_list=False)
 AIDS = Aids(landing_diagram=True)
 """The paper's verifiers had the landing diagram (appendix "Interface")."""
 
+SENSORS = ("rgb",)
+"""What a person sees."""
+
 
 def text_run_service(context: WebContext) -> RunService:
     """Return the service of the runs on texts, which have no clocks and no quotas."""
@@ -100,7 +103,7 @@ class TextRuns:
             agent=HUMAN,
             split=split_name(task.collection, task.task_id),
             language=self._language,
-            sensors=AIDS.sensors,
+            sensors=SENSORS,
             episodes=0,
             agent_arguments=AIDS.as_arguments(),
             by_person=True,

@@ -39,15 +39,6 @@ class StoredTexts:
         (first, second) = (Instructions(*pair) for pair in text.instructions)
         return PlayableText(collection, key, found.split, text.episode_id, text.language, (first, second))
 
-    def golds(self, collection: Collection) -> list[str]:
-        """Return the ids of the episodes that have known texts, in playing order."""
-        split = self._own.get(collection.split)
-        if split is None:
-            return []
-        known = [episode.episode_id for episode in split.in_playing_order(collection.language)]
-        chosen = collection.settings.gold_episodes
-        return [episode_id for episode_id in known if not chosen or episode_id in chosen]
-
     def _gold(self, collection: Collection, task: Task) -> PlayableText | None:
         split, language = self._own.get(collection.split), collection.language
         episode = split.episodes.get(task.episode_id) if split is not None else None

@@ -1,17 +1,33 @@
 """The pages of collections as a part of a server's web pages, found by the entry point `collecting`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Protocol
 
 from aiohttp import web
 
 from arramon_collecting.storage.store import Store
+from arramon_collecting.verifying.text_source import StoredTexts
+from arramon_collecting.verifying.text_splits import TextSplits
 from arramon_collecting.web.handlers import Handlers
+from arramon_collecting.web.verify_groups import verify_page_groups
 from arramon_server.episodes.splits import Split
 from arramon_server.web.web_parts import WebContext
 
 NAME = "collect"
 """First part of the names of these pages' templates and static files."""
+
+
+class PageGroup(Protocol):
+    """Some of the pages."""
+
+    def routes(self) -> list[web.RouteDef]:
+        """Return their routes."""
+        ...
+
+    def close(self) -> None:
+        """End what they have begun."""
+        ...
 
 
 class CollectingPart:
@@ -26,15 +42,19 @@ class CollectingPart:
 
     def __init__(self, context: WebContext) -> None:
         context.renderer.add_folder(NAME, Path(__file__).parent)
-        self.splits: Mapping[str, Split] = {}
-        self._handlers = Handlers(Store(context.database), context.renderer)
+        store = Store(context.database)
+        self.splits: Mapping[str, Split] = TextSplits(context.splits, StoredTexts(store, context.splits))
+        self._handlers = handlers = Handlers(store, context.renderer)
+        self._pages: Sequence[PageGroup] = (*verify_page_groups(context, handlers),)
 
     def routes(self) -> list[web.RouteDef]:
         """Return the routes of all pages."""
-        return []
+        return [route for pages in self._pages for route in pages.routes()]
 
     def close(self) -> None:
         """End the threads."""
+        for pages in self._pages:
+            pages.close()
         self._handlers.close()
 
 

@@ -16,8 +16,9 @@ SETTINGS = Settings()
 
 
 def worker(worker_id: str) -> Worker:
+    stages = ("write", "verify")
     return Worker(
-        worker_id, "people", "worker", ("write", "verify"), None, "", "active", NOON, "", True, {}, NOON, {}, "", "", NOON
+        worker_id, "people", "worker", stages, None, "", "active", NOON, "", True, {}, NOON, {}, "", "", NOON
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ async function report(keyboard) {
   try {
     const answer = await fetch(settings.address, {
       method: "POST",
-      headers: { "Content-Type": "application/json", "X-CSRF-Token": settings.csrf },
+      headers: { "Content-Type": "application/json", [settings.header]: settings.csrf },
       body: JSON.stringify(await measure(keyboard)),
     });
     const { problems, message } = await answer.json();

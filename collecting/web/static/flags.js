@@ -38,7 +38,7 @@ export class Flags {
     this.saving = this.saving.then(async () => {
       const answer = await fetch(this.settings.flagsAddress, {
         method: "POST",
-        headers: { "Content-Type": "application/json", "X-CSRF-Token": this.settings.csrf },
+        headers: { "Content-Type": "application/json", [this.settings.csrfHeader]: this.settings.csrf },
         body: JSON.stringify({ flags: this.chosen }),
       });
       element("flags-problem").hidden = answer.ok;

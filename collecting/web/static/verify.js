@@ -1,7 +1,9 @@
 // The page on which a worker follows a text, and the one of the placement test: the parts of the play page, and flags.
-const settings = JSON.parse(document.getElementById("settings").textContent);
+const source = document.getElementById("settings");
+const settings = JSON.parse(source.textContent);
+const play = source.dataset.play.replace("main.js", ""); // the folder has a digest in its name
 const { texts, language } = settings;
-const parts = ["connection", "game", "keys", "view"].map((name) => import(`${settings.play}${name}.js`));
+const parts = ["connection", "game", "keys", "view"].map((name) => import(`${play}${name}.js`));
 const [{ Connection }, { Game }, { listen }, { View }] = await Promise.all(parts);
 const element = (id) => document.getElementById(id);
 const view = new View(texts);
