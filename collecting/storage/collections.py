@@ -13,7 +13,7 @@ from arramon_server.errors import BadInput, Conflict, NotFound, TakenOver, quote
 from arramon_server.runs.storage.collection_tables import collections
 from arramon_server.runs.storage.database import Database
 
-_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
+_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,49}")
 
 
 class Collections:
@@ -37,7 +37,7 @@ class Collections:
         """
         if not _NAME.fullmatch(name):
             raise BadInput(
-                f"the collection's name is {quoted(name)}, expected 1 to 60 of the characters a-z, 0-9, _ and -, "
+                f"the collection's name is {quoted(name)}, expected 1 to 50 of the characters a-z, 0-9, _ and -, "
                 "beginning with a letter or digit"
             )
         created = Collection(

@@ -30,7 +30,7 @@ from arramon_server.web.http_responses import HEADERS, respond
 from arramon_server.web.page_texts import DEFAULT_LANGUAGE, PageTexts
 from arramon_server.web.rendering import Renderer
 
-BASE = "/{language:[a-z]{2,3}}/collect/{collection:[a-z0-9][a-z0-9_-]{0,59}}"
+BASE = "/{language:[a-z]{2,3}}/collect/{collection:[a-z0-9][a-z0-9_-]{0,49}}"
 """Beginning of all addresses of a collection's pages."""
 
 MAX_BODY_BYTES = 320 << 10

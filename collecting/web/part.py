@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
 
 from aiohttp import web
 
@@ -12,6 +11,7 @@ from arramon_collecting.verifying.text_source import StoredTexts
 from arramon_collecting.verifying.text_splits import TextSplits
 from arramon_collecting.web.handlers import Handlers
 from arramon_collecting.web.join_pages import JoinPages
+from arramon_collecting.web.page_group import PageGroup
 from arramon_collecting.web.verify_groups import verify_page_groups
 from arramon_collecting.web.worker_pages import WorkerPages
 from arramon_collecting.web.writing.write_groups import write_page_groups
@@ -20,18 +20,6 @@ from arramon_server.web.web_parts import WebContext
 
 NAME = "collect"
 """First part of the names of these pages' templates and static files."""
-
-
-class PageGroup(Protocol):
-    """Some of the pages."""
-
-    def routes(self) -> list[web.RouteDef]:
-        """Return their routes."""
-        ...
-
-    def close(self) -> None:
-        """End what they have begun."""
-        ...
 
 
 class CollectingPart:

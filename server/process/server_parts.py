@@ -77,13 +77,15 @@ class ServerParts:
     web: AbstractAsyncContextManager[dict[str, str]]
 
 
-def create_parts(config: Config, own_splits: Mapping[str, Split], database: Database) -> ServerParts:
+def create_parts(config: Config, splits: Mapping[str, Split], database: Database) -> ServerParts:
     """Create all parts of a process, without starting any.
 
     Raises:
         ArraMonError: if a file or the journal cannot be used, or an address cannot be listened on.
     """
-    splits = SplitLookup(own_splits)
+    # Only the engine, and parts of the pages that play further splits, find these: no run on them can be created, seen,
+    # published or scored by anybody else.
+    played_splits = SplitLookup(splits)
     metrics = PrometheusMetrics(config.camera, lambda: runs_by_state(database))
     journal, accounts = MeteredJournal(database, metrics), Accounts(database)
     authentication = Authentication(accounts, config)
@@ -93,7 +95,7 @@ def create_parts(config: Config, own_splits: Mapping[str, Split], database: Data
     own_address = _bind(server, config.own_address, grpc_credentials(config)) if config.own_address else address
     threads = ImageThreads()
     engine = Engine(
-        splits,
+        played_splits,
         journal,
         RunActivity(database, close_unplayed=not config.is_for_own_machine),
         camera=config.camera,
@@ -152,7 +154,7 @@ def create_parts(config: Config, own_splits: Mapping[str, Split], database: Data
         access, host = browser_access(authentication, stream_limits, config), Host.of(config)
 
         def web_parts(renderer: Renderer) -> list[WebPart]:
-            services = (config, database, splits, journal, runs, engine, threads, renderer, access, host)
+            services = (config, database, played_splits, journal, runs, engine, threads, renderer, access, host)
             return open_parts(WebContext(*services)) if config.web else []
 
         def play_page(renderer: Renderer) -> PlayPage:

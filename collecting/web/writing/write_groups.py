@@ -1,11 +1,8 @@
 """The groups of pages of writing."""
 
 from pathlib import Path
-from typing import Protocol
-
-from aiohttp import web
-
 from arramon_collecting.web.handlers import Handlers
+from arramon_collecting.web.page_group import PageGroup
 from arramon_collecting.web.writing.screening_page import WriteScreening
 from arramon_collecting.web.writing.write_page import NAME, WritePage
 from arramon_collecting.web.writing.write_tasks import WriteTasks
@@ -13,19 +10,7 @@ from arramon_collecting.writing.pictures import WriterPictures
 from arramon_server.web.web_parts import WebContext
 
 
-class Group(Protocol):
-    """Some of the pages."""
-
-    def routes(self) -> list[web.RouteDef]:
-        """Return their routes."""
-        ...
-
-    def close(self) -> None:
-        """End what they have begun."""
-        ...
-
-
-def write_page_groups(context: WebContext, handlers: Handlers) -> list[Group]:
+def write_page_groups(context: WebContext, handlers: Handlers) -> list[PageGroup]:
     """Return the groups of pages.
 
     Args:

@@ -31,6 +31,9 @@ LONGEST_NAME, LONGEST_NOTE = 100, 200
 ANONYMOUS_NAME = "anonymous"
 """Name of all callers without a token; no participant may have it."""
 
+COLLECTING_NAME = "collecting"
+"""Name of the account that owns the runs in which people verify collected texts; no participant may have it."""
+
 
 @dataclass(frozen=True, slots=True)
 class AccessToken:
@@ -173,6 +176,8 @@ def check_name(name: str) -> None:
         raise BadInput(f"the participant's name {name!r} has invisible characters or extra spaces")
     if _normalized(name) == ANONYMOUS_NAME:
         raise BadInput(f"the name {name!r} is reserved for callers without a token; a participant needs another name")
+    if _normalized(name) == COLLECTING_NAME:
+        raise BadInput(f"the name {name!r} is reserved for collections of texts; a participant needs another name")
 
 
 def _normalized(name: str) -> str:

@@ -40,9 +40,10 @@ class Worlds:
         self._splits = splits
         self._camera = camera
         self._physics = physics
-        first: dict[Section, Key] = {}
+        self._first: dict[Section, Key] = {}
+        """By section, the first split and section that is equal to it."""
         self._shared_keys = {
-            (split.name, id_): first.setdefault(section, (split.name, id_))
+            (split.name, id_): self._first.setdefault(section, (split.name, id_))
             for split in splits.values()
             for id_, section in split.sections.items()
         }
@@ -94,7 +95,7 @@ class Worlds:
         self._recent.clear()
 
     def _section(self, split: str, section: str) -> SectionWorld:
-        key = self._shared_keys[split, section]
+        key = self._shared_key(split, section)
         if key not in self._sections:
             self._sections[key] = SectionWorld(
                 self._splits[key[0]].sections[key[1]],
@@ -104,6 +105,14 @@ class Worlds:
                 self._physics,
             )
         return self._sections[key]
+
+    def _shared_key(self, split: str, section: str) -> Key:
+        """Return the key of a section. One of a split that is not listed shares that of an equal section, if any."""
+        key = self._shared_keys.get((split, section))
+        if key is None:
+            equal = self._splits[split].sections[section]
+            key = self._shared_keys[split, section] = self._first.setdefault(equal, (split, section))
+        return key
 
     def _furniture_looks(self, key: Key) -> list[Prop]:
         """Return one prop for each look of the episodes' own furniture in a section, over all splits that have it."""

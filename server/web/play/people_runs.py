@@ -71,7 +71,7 @@ class PeopleRuns:
         split = self._runs.splits.get(new.split)
         chosen: Sequence[str] = ()
         if split is not None and split.name == PRACTICE:
-            chosen = list(split.episodes)  # in the order of the lessons
+            chosen = list(split.episodes)[-new.episodes :]  # in the order of the lessons; 0 for all
         elif split is not None and not split.hidden:
             chosen = self._unplayed(caller, split, new)
         return self._runs.create(

@@ -19,8 +19,8 @@ from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import DEFAULT_LANGUAGE, PageTexts, all_texts
 from arramon_server.web.play.browser_access import BrowserAccess
 from arramon_server.web.play.page_sender import JPEG_QUALITY, Message, PageSender
-from arramon_server.web.play.play_ground import PlayGround, Practice
 from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, Publish, read_hello, read_request
+from arramon_server.web.play.socket_ground import PracticeGround, SocketGround
 
 HELLO_SECONDS = 20.0
 """Time within which a new connection must send its first message."""
@@ -58,8 +58,8 @@ class PlaySocket:
         socket: web.WebSocketResponse,
         request: web.BaseRequest,
         access: BrowserAccess,
-        ground: PlayGround,
-        practice: Practice,
+        ground: SocketGround,
+        practice: PracticeGround,
         threads: ImageThreads,
         sizes: Sequence[int],
     ) -> None:

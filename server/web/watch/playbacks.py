@@ -1,15 +1,15 @@
 """Playbacks of watched episodes, replayed from the journal and cached; those still played grow with every look."""
 
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from threading import Lock
+from typing import Protocol
 
 from arramon_server.episodes.splits import Split
 from arramon_server.playback.moments import Playback
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage import causes
-from arramon_server.runs.storage.journal import Journal
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.footprints import Footprints
 from arramon_server.sim.rules import Limits
@@ -21,6 +21,14 @@ CACHED_PLAYBACKS = 48
 
 CACHED_SECTIONS = 8
 """Number of sections whose scenes and cameras are kept, about 12 MB each; then all are loaded anew."""
+
+
+class ActionSource(Protocol):
+    """Source of recorded actions, such as the journal."""
+
+    def actions(self, run_id: str, episode_id: str, first: int = 0) -> Sequence[int]:
+        """Return the actions of a run's episode from step `first` on."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +48,13 @@ class Playbacks:
     """Playbacks of watched episodes. Thread-safe.
 
     Args:
-        journal: source of the actions.
+        source: source of the actions.
         splits: the splits served, by name.
         camera: camera of the server's runs, one of `cameras.CAMERAS`.
     """
 
-    def __init__(self, journal: Journal, splits: Mapping[str, Split], camera: str = CAMERAS[0]) -> None:
-        self._journal = journal
+    def __init__(self, source: ActionSource, splits: Mapping[str, Split], camera: str = CAMERAS[0]) -> None:
+        self._source = source
         self._splits = splits
         self._camera = camera
         self._worlds = self._new_worlds()
@@ -83,7 +91,7 @@ class Playbacks:
         playback = opened.playback
         if not is_complete:
             if ending is None or ending.has_played:
-                playback.extend(self._journal.actions(run.run_id, episode.episode_id, playback.steps))
+                playback.extend(self._source.actions(run.run_id, episode.episode_id, playback.steps))
             if ending is not None and ending.cause == causes.TIME_LIMIT and not playback.is_finished:
                 playback.end_at_time_limit()
         self._kept[key] = opened, not watched.is_live

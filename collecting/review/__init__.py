@@ -1,0 +1,1 @@
+"""What hosts see of a collection: progress, texts in review, workers, money."""

@@ -1,0 +1,98 @@
+// The page on which a worker follows a text, and the one of the placement test: the parts of the play page, and flags.
+const source = document.getElementById("settings");
+const settings = JSON.parse(source.textContent);
+const play = source.dataset.play.replace("main.js", ""); // the folder has a digest in its name
+const { texts, language } = settings;
+const parts = ["connection", "game", "keys", "view"].map((name) => import(`${play}${name}.js`));
+const [{ Connection }, { Game }, { listen }, { View }] = await Promise.all(parts);
+const element = (id) => document.getElementById(id);
+const view = new View(texts);
+const slow = navigator.connection?.saveData || /2g|3g/.test(navigator.connection?.effectiveType ?? "");
+const size = settings.sizes[slow ? 1 : 0];
+const flags = settings.isTest ? null : new (await import("./flags.js")).Flags(settings);
+
+let practiceRun = "";  // of the placement test, once it is opened
+let lastEpisode = "";
+
+const game = new Game((message) => connection.send(message), {
+  state: (state, context) => { flags?.show(state); view.state(state, context); },
+  frame: (step, jpeg) => view.frame(jpeg, () => game.state?.step === step, () => {
+    document.documentElement.dataset.drawn = `${game.state?.episode} ${step}`;
+  }),
+  phaseEnded: (phase) => view.status(phase.forced ? texts.step_limit : ""),
+  ended: (ended) => { lastEpisode = ended.episode; view.clearStrip(); },
+  problem: (problem) => view.status(view.say("problem", { message: problem.message })),
+});
+
+const connection = new Connection(settings.socket, hello, {
+  message: take,
+  frame: (step, jpeg) => game.takeFrame(step, jpeg),
+  lost: () => view.status(texts.lost),
+  refused,
+});
+
+function hello() {
+  const first = { type: "hello", player: settings.player, token: "", size };
+  const fresh = { split: settings.isTest ? "practice" : "text", language, episodes: settings.lessons };
+  if (!settings.isTest) return { ...first, new: fresh };
+  return { ...first, practice: true, ...(practiceRun ? { run: practiceRun } : { new: fresh }) };
+}
+
+function take(message) {
+  switch (message.type) {
+    case "opened":
+      if (settings.isTest) practiceRun = message.run;
+      view.opened(message);
+      view.status("");
+      showGame(true);
+      break;
+    case "started": view.clearStrip(); break;
+    case "scores": endTest(message); break;
+    case "run_ended":
+      game.reset();
+      showGame(false);
+      if (settings.isTest) connection.send({ type: "scores", episode: lastEpisode });
+      else { connection.stop(); flags.end(); }
+      break;
+    default: game.take(message);
+  }
+}
+
+function endTest(message) {
+  connection.stop();
+  view.scores(message.html);
+  const passed = message.placed.every(Boolean);
+  view.status(passed ? texts.test_passed : texts.test_failed);
+  element(passed ? "go-on" : "repeat").hidden = false;
+}
+
+function refused(closed, isFinal) {
+  game.state = null; // keys wait until the page is connected again
+  if (settings.isTest && closed.code === "NotFound" && practiceRun) { practiceRun = ""; connect(); return; } // kept in memory only
+  const known = texts[`closed_${closed.code}`];
+  view.status(known ? view.say(`closed_${closed.code}`, { message: closed.message }) : closed.message);
+  if (!isFinal) return;
+  element("again").hidden = !(closed.code === "Replaced" || closed.code === "TakenOver");
+  if (element("again").hidden) showGame(false);
+}
+
+function showGame(plays) {
+  element("game").hidden = !plays;
+  document.body.classList.toggle("playing", plays);
+  if (plays) element("frame").focus({ preventScroll: true });
+}
+
+function connect() {
+  connection.stop();
+  game.reset();
+  view.status(texts.connecting);
+  connection.open();
+}
+
+listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
+element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
+element("give-up").addEventListener("click", () => {
+  if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
+});
+element("begin")?.querySelector("button").addEventListener("click", () => { element("begin").hidden = true; connect(); });
+if (!element("begin")) connect();
