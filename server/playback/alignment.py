@@ -16,8 +16,8 @@ SAMPLE = 0.25
 """Distance between the points of a reference path to which places are projected, in units."""
 
 WINDOW = 6.0
-"""Length of the path ahead to which a place is projected first, in units. Where a path crosses itself, an agent does not
-skip the part between."""
+"""Length of the path ahead to which a place is projected first, in units: so no part is skipped where a path crosses
+itself."""
 
 Bin = tuple[int, int, int]
 """Turn, phase (0 for navigation, 1 for assembly), and whole units (cells in the room) come along the reference path."""

@@ -59,8 +59,8 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 class Pages:
     """All pages.
 
-    Only published runs have pages, but for those that a caller may see and watch (`WatchedRuns`); every other address gets
-    the same 404 page.
+    Only published runs have pages, but for those that a caller may see and watch (`WatchedRuns`); every other address
+    gets the same 404 page.
 
     Args:
         board: the leaderboard.

@@ -28,7 +28,7 @@ NAMES = ("A", "B")
 
 
 @dataclass(frozen=True, slots=True)
-class PlacedObject:
+class RunPlacement:
     """Where a run placed its object in a turn, on the map of the room.
 
     Attributes:
@@ -69,8 +69,8 @@ class PairPart:
                 nothing, as that would show where the reference leads.
         """
         both = first, second
-        if first.is_live or second.is_live:
-            raise NotFound(f"episode {first.episode.episode_id!r} is still being played in one of the runs")
+        if first.ending is None or second.ending is None:
+            raise NotFound(f"episode {first.episode.episode_id!r} has not ended in both runs")
         episode = first.episode
         section = furnished(first.watched.split.sections[episode.section], episode.furniture)
         views = [self._views(t, watched) for watched in both]
@@ -132,13 +132,14 @@ class PairPart:
     ) -> dict[str, Any]:
         """Return what the page shows of one run."""
         address = _address(t, watched)
-        scores = watched.ending.scores if watched.ending is not None else ()
+        assert watched.ending is not None  # see `context`
+        scores = watched.ending.scores
         return {
             "name": name,
             "agent": shown(watched.run.agent),
             "participant": shown(watched.run.participant),
             "language": watched.run.language,
-            "ndtw": t.score(sum(turn["nDTW"] for turn in scores) / len(scores)) if scores else "–",
+            "ndtw": t.score(sum(turn["nDTW"] for turn in scores) / len(scores)),
             "now": now,
             "last": len(views.moments) - 1,
             "trail": " ".join(f"{x:g},{y:g}" for x, y in views.trail(step)),
@@ -157,10 +158,10 @@ def _of_turn(views: Sequence[MomentViews], number: int) -> list[Moment]:
     return [moment for view in views for moment in view.moments if moment.state.turn == number]
 
 
-def _placed(views: Sequence[MomentViews], number: int) -> list[PlacedObject]:
+def _placed(views: Sequence[MomentViews], number: int) -> list[RunPlacement]:
     """Return where the runs placed their objects in a turn."""
     return [
-        PlacedObject(side, *cell_centre(RoomCell(event.cell.column, event.cell.row)), event.cell.level)
+        RunPlacement(side, *cell_centre(RoomCell(event.placement.column, event.placement.row)), event.placement.level)
         for side, view in enumerate(views)
         for moment in view.moments
         for event in moment.events

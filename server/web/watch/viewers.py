@@ -35,8 +35,8 @@ class Viewers:
     def caller(self, request: web.BaseRequest) -> Caller:
         """Return the caller of a request. Call it in a thread.
 
-        It is the participant or host who has signed in. Without sign-in it is as over gRPC without a token, or READER if
-        such callers may not play.
+        It is the participant or host who has signed in. Without sign-in it is as over gRPC without a token, or READER
+        if such callers may not play.
         """
         signed_in = self.sign_in.caller(request) if self.sign_in is not None else None
         if signed_in is not None:

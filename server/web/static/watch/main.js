@@ -42,11 +42,11 @@ class Player {
   async grow(turns) {
     const wasLast = this.drive.step >= Number(this.fields.range.max);
     this.stage.strip();
-    this.stage.events();
     if (turns || !this.source.live) {
       if (!this.source.live) await this.source.ask(0);
       await this.stage.renew(this.drive.step);
     }
+    this.stage.events();
     if (wasLast && !this.drive.isPlaying) this.drive.go(this.source.last, false);
     else this.stage.show(this.drive.step);
     if (this.source.live) return;

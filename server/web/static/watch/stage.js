@@ -18,12 +18,12 @@ export class Stage {
     this.maps = Object.fromEntries([...section.querySelectorAll("[data-map]")].map((one) => [one.dataset.map, one]));
   }
 
-  // Takes maps, facts and events from the page as it is now: a new turn has other maps, and its end shows the truth.
+  // Takes maps and facts from the page as it is now: a new turn has other maps, and its end shows the truth.
   async renew(step) {
     const response = await fetch(`${this.section.dataset.page}?step=${step}`);
     if (!response.ok) return;
     const page = new DOMParser().parseFromString(await response.text(), "text/html");
-    for (const part of [".watch-maps", ".watch-facts", ".watch-events"]) {
+    for (const part of [".watch-maps", ".watch-facts"]) {
       this.section.querySelector(part).replaceWith(page.querySelector(part));
     }
     this.find();
