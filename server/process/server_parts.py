@@ -157,8 +157,6 @@ def create_parts(config: Config, own_splits: Mapping[str, Split], database: Data
             services = (config, database, splits, journal, runs, engine, threads, renderer, access, host)
             return open_parts(WebContext(*services)) if config.web else []
 
-        access = browser_access(authentication, stream_limits, config)
-
         def play_page(renderer: Renderer) -> PlayPage:
             return PlayPage(config, access, runs, journal, publisher, engine, threads, renderer)
 

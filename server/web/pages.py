@@ -403,7 +403,8 @@ class Pages:
         status: int = 200,
     ) -> web.Response:
         """Return a page that depends on who has signed in."""
-        here = request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
+        is_form = request.method == "POST"  # Its own address shows nothing.
+        here = "/watch" if is_form else request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
         page = self._renderer.page(template, texts, here, context)
         cache = PRIVATE if is_private else SHORT
         return respond(request, page, "text/html", status=status, cache=cache, varies="Accept-Encoding, Cookie")

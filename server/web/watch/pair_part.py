@@ -83,7 +83,7 @@ class PairPart:
             "run": first.run,
             "episode": episode,
             "sides": [
-                self._side(t, name, *one) for name, *one in zip(NAMES, both, views, now, pairs[step], strict=True)
+                self._side(t, side, both[side], views[side], now[side], pairs[step][side]) for side in range(len(both))
             ],
             "key": f"{leader['turn']}-{leader['phase']}",
             "pairs": pairs,
@@ -128,14 +128,14 @@ class PairPart:
         )
 
     def _side(
-        self, t: PageTexts, name: str, watched: WatchedEpisode, views: MomentViews, now: dict[str, Any], step: int
+        self, t: PageTexts, side: int, watched: WatchedEpisode, views: MomentViews, now: dict[str, Any], step: int
     ) -> dict[str, Any]:
         """Return what the page shows of one run."""
         address = _address(t, watched)
         assert watched.ending is not None  # see `context`
         scores = watched.ending.scores
         return {
-            "name": name,
+            "name": NAMES[side],
             "agent": shown(watched.run.agent),
             "participant": shown(watched.run.participant),
             "language": watched.run.language,

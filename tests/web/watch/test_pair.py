@@ -11,9 +11,10 @@ from arramon_server.runs.storage.causes import AGENT_FINISHED
 from arramon_server.runs.storage.records import COMPLETE, CommitBatch, EpisodeEnding
 from arramon_server.scoring.episode_scores import METRICS
 from arramon_server.web.watch.differences_page import EpisodeDifference, episode_differences
+from arramon_server.web.watch.viewers import NOBODY
 from tests import tiny
 from tests.web.leaderboard_site import HIDDEN_RUN, OPEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN, LeaderboardSite
-from tests.web.watch.test_access import EPISODE, LIVE_RUN, NOBODY, OWN, PUBLIC, advance, begin, served
+from tests.web.watch.test_access import EPISODE, LIVE_RUN, OWN, PUBLIC, advance, begin, served
 from tests.web.watch.test_player import opened
 
 F, L, R, P = Action.FORWARD, Action.LEFT, Action.RIGHT, Action.INTERACT

@@ -16,11 +16,10 @@ from arramon_server.api.stream_limits import StreamLimits
 from arramon_server.configuration.config import Config
 from arramon_server.errors import Unauthenticated
 from arramon_server.process.browser_admission import browser_access
-from arramon_server.runs.accounts import watch_passes
 from arramon_server.runs.accounts.accounts import Accounts
 from arramon_server.runs.accounts.callers import Caller, Role
 from arramon_server.runs.accounts.quotas import DefaultQuotas, Quotas
-from arramon_server.runs.accounts.watch_passes import WatchPasses
+from arramon_server.runs.accounts.watch_passes import PASS_SECONDS, WatchPasses
 from arramon_server.runs.storage import tables
 from arramon_server.web.watch.sign_in import COOKIE, SignIn
 from arramon_server.web.watch.viewers import Viewers
@@ -183,7 +182,7 @@ def test_passes_end(owned: LeaderboardSite, monkeypatch: pytest.MonkeyPatch) -> 
             passes.caller(forged)
     now = time.time()
     with monkeypatch.context() as later:
-        later.setattr(watch_passes.time, "time", lambda: now + watch_passes.PASS_SECONDS + 1)
+        later.setattr(time, "time", lambda: now + PASS_SECONDS + 1)
         with pytest.raises(Unauthenticated, match="expired"):
             passes.caller(watch_pass)
     Accounts(owned.database).revoke(token_id)
