@@ -258,8 +258,8 @@ class Pages:
     async def _list_failures(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
-            context = self._watch.failures(texts, request.match_info["run"])
-            return self._page(request, "failures.html", texts, context)
+            context, is_private = self._watch.failures(texts, request)
+            return self._watch_page(request, "failures.html", texts, context, is_private=is_private)
 
         return await self._run_in(self._watch.failures_thread, make)
 

@@ -10,6 +10,7 @@ from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.visible_text import shown
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.standings_query import METRICS
+from arramon_server.web.watch.watched_runs import WatchedRun
 
 SHOWN_EPISODES = 100
 """Maximum number of episodes in the table."""
@@ -70,21 +71,28 @@ def read_metric(query: Mapping[str, str]) -> str:
 
 
 def differences_context(
-    t: PageTexts, run: Run, other: Run | None, others: Sequence[Run], found: Sequence[EpisodeDifference], sort: str
+    t: PageTexts,
+    watched: WatchedRun,
+    other: Run | None,
+    others: Sequence[Run],
+    found: Sequence[EpisodeDifference],
+    sort: str,
 ) -> dict[str, Any]:
     """Return the variables.
 
     Args:
         t: texts of the page's language.
-        run: the run of the address.
+        watched: the run of the address.
         other: the run with which it is compared; None if none is chosen.
         others: runs to choose from.
         found: the episodes, in the order in which they are listed.
         sort: name of the metric.
     """
+    run = watched.run
     mean = sum(one.difference for one in found) / len(found) if found else 0.0
     return {
         "run": run,
+        "is_published": watched.entry is not None,
         "other": other,
         "names": [shown(one.agent) if one is not None else "" for one in (run, other)],
         "choices": [("", t("differences.choose")), *run_choices(t, others)],

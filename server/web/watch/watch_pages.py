@@ -13,16 +13,17 @@ from arramon_server.board.board import Board
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound, quoted
 from arramon_server.playback.pictures import KINDS, SIZES, as_jpeg, draw
-from arramon_server.runs.accounts.callers import READER, Caller
+from arramon_server.runs.accounts.callers import Caller
 from arramon_server.runs.storage.corrections import voided_by
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import Run
+from arramon_server.runs.storage.records import RUNNING, Run
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.visible_text import shown
 from arramon_server.web.http_responses import HEADERS, respond
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.standings_query import METRICS
 from arramon_server.web.watch.differences_page import (
+    EpisodeDifference,
     differences_context,
     episode_differences,
     read_metric,
@@ -148,18 +149,18 @@ class WatchPages:
         caller, sort = self._viewers.caller(request), read_metric(request.query)
         watched = self._runs.run(caller, request.match_info["run"])
         others = self._others(caller, watched)
-        if not request.query.get("with"):
-            return differences_context(t, watched.run, None, others, [], sort), self.is_private(request, watched)
-        other = self._runs.run(caller, read_run_id(request.query))
-        check_comparable(watched.run, other.run)
-        found = episode_differences(
-            self._journal.endings(watched.run.run_id),
-            self._journal.endings(other.run.run_id),
-            METRICS[sort],
-            without=voided_by(self._board.corrections(watched.run.split)),
-        )
-        is_private = self.is_private(request, watched) or self.is_private(request, other)
-        return differences_context(t, watched.run, other.run, others, found, sort), is_private
+        other, found, is_private = None, list[EpisodeDifference](), self.is_private(request, watched)
+        if request.query.get("with"):
+            second = self._runs.run(caller, read_run_id(request.query))
+            check_comparable(watched.run, second.run)
+            other, is_private = second.run, is_private or self.is_private(request, second)
+            found = episode_differences(
+                self._journal.endings(watched.run.run_id),
+                self._journal.endings(other.run_id),
+                METRICS[sort],
+                without=voided_by(self._board.corrections(watched.run.split)),
+            )
+        return differences_context(t, watched, other, others, found, sort), is_private
 
     def is_private(self, request: web.Request, watched: WatchedRun) -> bool:
         """Return whether a page of a run must not be kept by caches, as not everybody may see the same."""
@@ -234,16 +235,19 @@ class WatchPages:
         self._opened[key] = now, opened
         return opened
 
-    def failures(self, t: PageTexts, run_id: str) -> dict[str, Any]:
-        """Return the template variables of the page of a run's failures. It may take seconds.
+    def failures(self, t: PageTexts, request: web.Request) -> tuple[dict[str, Any], bool]:
+        """Return the template variables of the page of a run's failures, and whether the page is private.
+
+        Call it in a thread; it may take seconds.
 
         Raises:
-            NotFound: if the run is not published, or its episodes are not shown.
+            NotFound: if the caller may not watch the run, or it has not ended.
         """
-        watched = self._runs.run(READER, run_id)
-        if watched.entry is None:
-            raise NotFound(f"run {run_id!r} is not published")
-        return failures_context(t, watched.entry, self._failures.of(watched.entry))
+        watched = self._runs.run(self._viewers.caller(request), request.match_info["run"])
+        if watched.run.state == RUNNING:
+            raise NotFound(f"run {watched.run.run_id!r} has not ended")
+        outcomes = self._failures.of(watched.run, watched.entry)
+        return failures_context(t, watched, outcomes), self.is_private(request, watched)
 
     def listed(self, request: web.Request) -> Callable[[], dict[str, Any]]:
         """Return a function that returns the template variables of the page of runs to watch. Call it in a thread."""

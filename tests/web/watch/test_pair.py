@@ -1,7 +1,10 @@
 """Two runs of one episode side by side, and the episodes in which two runs differ most."""
 
+import re
 from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, expect
 
@@ -14,6 +17,7 @@ from arramon_server.web.watch.differences_page import EpisodeDifference, episode
 from arramon_server.web.watch.viewers import NOBODY
 from tests import tiny
 from tests.web.leaderboard_site import HIDDEN_RUN, OPEN_RUN, UNPUBLISHED_RUN, WITHDRAWN_RUN, LeaderboardSite
+from tests.web.test_browser import CONTRASTS
 from tests.web.watch.test_access import EPISODE, LIVE_RUN, OWN, PUBLIC, advance, begin, served
 from tests.web.watch.test_player import opened
 
@@ -230,3 +234,43 @@ def test_nothing_scrolls_sideways(paired: LeaderboardSite, browser: Browser, wid
             page.goto(site.address + path)
             assert page.evaluate("document.documentElement.scrollWidth") == width
         context.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_can_be_read_and_controls_have_names(paired: LeaderboardSite, browser: Browser, scheme: Any) -> None:
+    own_pages = f"/hi/runs/{OPEN_RUN}/differences?with={OTHER_RUN}", f"/hi/runs/{OPEN_RUN}/failures", "/hi/watch"
+    with served(paired, OWN) as site:
+        for path in (HERE, PAIR, *own_pages):
+            context = browser.new_context(color_scheme=scheme)
+            page = context.new_page()
+            page.goto(site.address + path)
+            assert [text for ratio, text in page.evaluate(CONTRASTS) if ratio < 4.5] == []
+            tree = page.locator("body").aria_snapshot()
+            for role in ("link", "button", "combobox", "textbox", "slider", "img"):
+                assert not [line for line in tree.splitlines() if line.strip() in (f"- {role}", f"- {role}:")], role
+            assert page.locator("dl > :not(dt, dd, div)").count() == 0
+            context.close()
+
+
+WAYS = """() => ["0", "1"].map((n) => getComputedStyle(document.querySelector(`.trail.side-${n}`)).stroke)"""
+
+COLOUR_BLINDNESS = {
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
+}
+"""How linear colours are seen (Machado, Oliveira and Fernandes 2009, severity 1)."""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_colour_blind_can_tell_the_ways_apart(paired: LeaderboardSite, browser: Browser, scheme: Any) -> None:
+    with served(paired, NOBODY) as site:
+        context = browser.new_context(color_scheme=scheme)
+        page = context.new_page()
+        page.goto(site.address + PAIR)
+        colours = np.array([re.findall(r"\d+", colour)[:3] for colour in page.evaluate(WAYS)], dtype=float) / 255
+        assert page.locator(".trail.side-1").first.evaluate("way => getComputedStyle(way).strokeDasharray") != "none"
+        context.close()
+    for matrix in ([[1, 0, 0], [0, 1, 0], [0, 0, 1]], *COLOUR_BLINDNESS.values()):
+        seen = np.clip(colours**2.2 @ np.array(matrix).T, 0.0, 1.0) ** (1 / 2.2)
+        assert np.abs(seen[0] - seen[1]).max() > 0.3

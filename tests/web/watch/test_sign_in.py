@@ -21,6 +21,7 @@ from arramon_server.runs.accounts.callers import Caller, Role
 from arramon_server.runs.accounts.quotas import DefaultQuotas, Quotas
 from arramon_server.runs.accounts.watch_passes import PASS_SECONDS, WatchPasses
 from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.records import CANCELLED
 from arramon_server.web.watch.sign_in import COOKIE, SignIn
 from arramon_server.web.watch.viewers import Viewers
 from tests.web.leaderboard_site import OPEN_RUN, LeaderboardSite
@@ -216,3 +217,16 @@ def test_a_participant_signs_in_watches_and_signs_out(owned: LeaderboardSite, br
         assert answer is not None
         assert answer.status == 404
         context.close()
+
+
+def test_failures_of_own_runs_are_shown_once_they_have_ended(owned: LeaderboardSite) -> None:
+    page = f"/en/runs/{LIVE_RUN}/failures"
+    with signing(owned) as site:
+        headers = signed_in(site, tokens["ann"])
+        assert site.get(page, headers).status == 404
+        assert page not in site.get("/en/watch", headers).text
+        owned.journal.set_state(LIVE_RUN, CANCELLED)
+        assert page in site.get("/en/watch", headers).text
+        got = site.get(page, headers)
+        assert (got.status, got.headers["cache-control"]) == (200, "private, no-store")
+        assert {site.get(page, other).status for other in ({}, signed_in(site, tokens["bob"]))} == {404}
