@@ -203,6 +203,13 @@ class Board:
             corrections=corrections,
         )
 
+    def runs_on(self, split: str) -> list[Run]:
+        """Return the listed runs of a split, the latest published first; none while its leaderboard is frozen."""
+        if self.closing.is_frozen(split):
+            return []
+        listed = sorted(self._entries.listed(split), key=lambda published: published.published_at, reverse=True)
+        return [published.run for published in listed]
+
     def corrections(self, split: str) -> tuple[Correction, ...]:
         """Return the host's corrections of a split, in order."""
         return self._corrections[split]

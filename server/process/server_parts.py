@@ -36,6 +36,7 @@ from arramon_server.process.readiness import Readiness
 from arramon_server.process.tls import grpc_credentials
 from arramon_server.runs.accounts.accounts import Accounts
 from arramon_server.runs.accounts.quotas import DefaultQuotas, Quotas
+from arramon_server.runs.accounts.watch_passes import WatchPasses
 from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.results.signing import KnownKeys, SigningKey
@@ -148,6 +149,7 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
         from arramon_server.web.pages import Pages
         from arramon_server.web.play.play_page import PlayPage
         from arramon_server.web.rendering import Renderer
+        from arramon_server.web.watch.sign_in import SignIn
         from arramon_server.web.watch.viewers import Viewers
         from arramon_server.web.web_parts import WebContext, WebPart, open_parts
 
@@ -161,7 +163,7 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
             return PlayPage(config, access, runs, journal, publisher, engine, threads, renderer)
 
         play = play_page if config.play_page else None
-        viewers, camera = Viewers.of(config), config.camera
+        viewers, camera = Viewers.of(config, SignIn(access.authenticate, WatchPasses(database))), config.camera
         pages = Pages(
             board,
             journal,

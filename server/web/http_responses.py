@@ -19,6 +19,9 @@ HEADERS = {
 
 SHORT, FOR_EVER = "public, max-age=15", "public, max-age=31536000, immutable"
 
+PRIVATE = "private, no-store"
+"""`Cache-Control` of what not everybody may see."""
+
 _SMALL = 600
 """Maximum size in bytes of a body that is sent uncompressed."""
 

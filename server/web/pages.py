@@ -14,7 +14,7 @@ from arramon_server.board.epoch_board import EpochBoard, epoch_list_file
 from arramon_server.board.exports import as_csv, as_json
 from arramon_server.board.people import PeopleBoard
 from arramon_server.episodes.splits import Split
-from arramon_server.errors import Conflict, NotFound, Unavailable
+from arramon_server.errors import Conflict, Forbidden, NotFound, Unauthenticated, Unavailable
 from arramon_server.runs.accounts.callers import READER
 from arramon_server.runs.results.receipts import Receipts
 from arramon_server.runs.storage.journal import Journal
@@ -24,7 +24,7 @@ from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import EpisodesPage
 from arramon_server.web.epochs_page import EpochsPage
 from arramon_server.web.host import UNNAMED, Host
-from arramon_server.web.http_responses import FOR_EVER, redirect, respond
+from arramon_server.web.http_responses import FOR_EVER, PRIVATE, SHORT, redirect, respond
 from arramon_server.web.page_texts import PageTexts, all_texts, preferred_language
 from arramon_server.web.play.people_page import PeoplePage
 from arramon_server.web.play.play_page import SOCKET, PlayPage
@@ -32,6 +32,7 @@ from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.standings_query import read_query
+from arramon_server.web.watch.sign_in import check_same_origin, keep_pass
 from arramon_server.web.watch.viewers import NOBODY, Viewers
 from arramon_server.web.watch.watch_pages import WatchPages
 from arramon_server.web.web_parts import WebPart
@@ -58,8 +59,8 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 class Pages:
     """All pages.
 
-    Only published runs have pages, but for those that a caller without a token may see and watch (`WatchedRuns`); every
-    other address gets the same 404 page.
+    Only published runs have pages, but for those that a caller may see and watch (`WatchedRuns`); every other address
+    gets the same 404 page.
 
     Args:
         board: the leaderboard.
@@ -122,6 +123,7 @@ class Pages:
             f"{run}/episodes/{{episode}}": self._episode,
             f"{run}/episodes/{{episode}}/moments.json": self._moments,
             f"{run}/failures": self._list_failures,
+            f"{run}/differences": self._list_differences,
             f"/{_LANGUAGE}/watch": self._list_watched,
             f"/runs/{_RUN}/episodes/{{episode}}/frames/{{step:[0-9]{{1,7}}}}.jpg": self._frame,
             f"/runs/{_RUN}/receipt.json": self._receipt,
@@ -134,6 +136,11 @@ class Pages:
         }
         routes = [route for part in self._parts for route in part.routes()]
         routes += [web.get(path, self._with_error_pages(handler)) for path, handler in handlers.items()]
+        if self._watch.can_sign_in:
+            routes += [
+                web.post(f"/{_LANGUAGE}/watch/{name}", self._with_error_pages(handler))
+                for name, handler in {"sign-in": self._sign_in, "sign-out": self._sign_out}.items()
+            ]
         if self._play is None:
             return routes
         play = web.get(f"/{_LANGUAGE}/play", self._with_error_pages(self._play_page))
@@ -227,13 +234,18 @@ class Pages:
         find = self._watch.find(request)
 
         def make() -> web.Response:
-            texts, watched = _texts(request), find()
-            context = {"watch": self._watch.context(texts, watched, request.query)}
+            texts = _texts(request)
+            if "with" in request.query:
+                context, is_private = self._watch.pair(texts, request)
+                return self._watch_page(request, "watch_pair.html", texts, context, is_private=is_private)
+            watched = find()
+            is_private = self._watch.is_private(request, watched.watched)
+            context = self._watch.context(texts, request, watched)
             if watched.watched.entry is None:
-                return self._page(request, "watch.html", texts, context)
+                return self._watch_page(request, "watch.html", texts, context, is_private=is_private)
             run, episode = request.match_info["run"], request.match_info["episode"]
             context |= self._episodes.episode_context(texts, run, episode, request.query)
-            return self._page(request, "episode.html", texts, context)
+            return self._watch_page(request, "episode.html", texts, context, is_private=is_private)
 
         return await self._run_in(self._path_thread, make)
 
@@ -246,14 +258,51 @@ class Pages:
     async def _list_failures(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             texts = _texts(request)
-            context = self._watch.failures(texts, request.match_info["run"])
-            return self._page(request, "failures.html", texts, context)
+            context, is_private = self._watch.failures(texts, request)
+            return self._watch_page(request, "failures.html", texts, context, is_private=is_private)
 
         return await self._run_in(self._watch.failures_thread, make)
 
-    async def _list_watched(self, request: web.Request) -> web.Response:
+    async def _list_differences(self, request: web.Request) -> web.Response:
+        def make() -> web.Response:
+            texts = _texts(request)
+            context, is_private = self._watch.differences(texts, request)
+            return self._watch_page(request, "differences.html", texts, context, is_private=is_private)
+
+        return await self._run_in(self._path_thread, make)
+
+    async def _list_watched(self, request: web.Request, problem: str = "") -> web.Response:
         texts, list_runs = _texts(request), self._watch.listed(request)
-        return await self._run_in(self._path_thread, lambda: self._page(request, "watch_runs.html", texts, list_runs()))
+
+        def make() -> web.Response:
+            context = {**list_runs(), "problem": problem}
+            status = 403 if problem else 200
+            return self._watch_page(request, "watch_runs.html", texts, context, is_private=True, status=status)
+
+        return await self._run_in(self._path_thread, make)
+
+    async def _sign_in(self, request: web.Request) -> web.Response:
+        """Exchange the token in a form for a cookie, and redirect to the runs of its participant."""
+        sign_in, texts = self._watch.sign_in, _texts(request)
+        try:
+            watch_pass = await sign_in.issue(request)
+        except Unauthenticated:
+            return await self._list_watched(request, "watch.refused_token")
+        except Forbidden:
+            return await self._list_watched(request, "watch.refused_connection")
+        response = redirect(f"/{texts.language}/watch")
+        keep_pass(request, response, watch_pass)
+        return response
+
+    async def _sign_out(self, request: web.Request) -> web.Response:
+        texts = _texts(request)
+        try:
+            check_same_origin(request)
+        except Forbidden:
+            return await self._list_watched(request, "watch.refused_connection")
+        response = redirect(f"/{texts.language}/watch")
+        keep_pass(request, response, "")
+        return response
 
     async def _receipt(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
@@ -343,6 +392,23 @@ class Pages:
         here = request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
         return respond(request, self._renderer.page(template, texts, here, context), "text/html")
 
+    def _watch_page(
+        self,
+        request: web.Request,
+        template: str,
+        texts: PageTexts,
+        context: Mapping[str, object],
+        *,
+        is_private: bool,
+        status: int = 200,
+    ) -> web.Response:
+        """Return a page that depends on who has signed in."""
+        is_form = request.method == "POST"  # Its own address shows nothing.
+        here = "/watch" if is_form else request.rel_url.raw_path_qs.removeprefix(f"/{texts.language}")
+        page = self._renderer.page(template, texts, here, context)
+        cache = PRIVATE if is_private else SHORT
+        return respond(request, page, "text/html", status=status, cache=cache, varies="Accept-Encoding, Cookie")
+
     def _error_page(self, template: str, texts: PageTexts, key: str = "") -> bytes:
         """Return an error page. It is cached, because it is the same for all requests in a language."""
         page_key = (template, texts.language, key)
@@ -352,7 +418,7 @@ class Pages:
 
     def _not_found_page(self, request: web.Request) -> web.Response:
         page = self._error_page("missing.html", _error_texts(request))
-        return respond(request, page, "text/html", status=404, varies="Accept-Encoding, Accept-Language")
+        return respond(request, page, "text/html", status=404, varies="Accept-Encoding, Accept-Language, Cookie")
 
     def _unavailable_page(self, request: web.Request, key: str) -> web.Response:
         texts = _error_texts(request)

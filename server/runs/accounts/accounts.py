@@ -131,21 +131,11 @@ class Accounts:
         token_id, _, secret = rest.partition("_")
         if prefix != PREFIX or not (token_id.isalnum() and secret and token.isascii()):
             raise Unauthenticated(f"authentication failed: malformed token; expected one that begins with {PREFIX}_")
-        rows = self._database.read(_TOKENS.where(tables.tokens.c.token_id == token_id))
+        row = find_token(self._database, token_id)
         # Compared in constant time as a precaution; a partial match of hashes would reveal nothing about a secret.
-        if not rows or not hmac.compare_digest(rows[0].hash, _hash(secret)):
+        if row is None or not hmac.compare_digest(row.hash, _hash(secret)):
             raise Unauthenticated("authentication failed: unknown token; ask the host for another one")
-        found = _token(rows[0])
-        if rows[0].banned_at is not None:
-            raise Unauthenticated(f"authentication failed: {ban_clause(found.participant, rows[0].ban_reason)}")
-        if found.revoked_at is not None:
-            raise Unauthenticated(f"authentication failed: token {token_id} was revoked; ask the host for another one")
-        if found.expires_at is not None and found.expires_at <= datetime.now(UTC):
-            raise Unauthenticated(
-                f"authentication failed: token {token_id} expired on {found.expires_at:%Y-%m-%d}; "
-                "ask the host for another one"
-            )
-        return Caller(found.role, found.participant)
+        return usable_caller(row)
 
     def is_taken(self, name: str) -> bool:
         """Return whether a name is or was a participant's name, or can be confused with one."""
@@ -162,6 +152,36 @@ class Accounts:
             raise Conflict(f"{participant!r} has the role {known[participant].role}; a {role.value} needs another name")
         elif known[participant].banned_at is not None:
             raise Conflict(f"{participant!r} is banned; `arramon-server account unban` ends that")
+
+
+def find_token(database: Database, token_id: str) -> Row[Any] | None:
+    """Return the database row of a token with its participant; None if there is none of that id."""
+    rows = database.read(_TOKENS.where(tables.tokens.c.token_id == token_id))
+    return rows[0] if rows else None
+
+
+def usable_caller(row: Row[Any]) -> Caller:
+    """Return the caller to whom a token belongs.
+
+    Args:
+        row: what `find_token` found.
+
+    Raises:
+        Unauthenticated: if the token is revoked or expired, or its participant is banned.
+    """
+    found = _token(row)
+    if row.banned_at is not None:
+        raise Unauthenticated(f"authentication failed: {ban_clause(found.participant, row.ban_reason)}")
+    if found.revoked_at is not None:
+        raise Unauthenticated(
+            f"authentication failed: token {found.token_id} was revoked; ask the host for another one"
+        )
+    if found.expires_at is not None and found.expires_at <= datetime.now(UTC):
+        raise Unauthenticated(
+            f"authentication failed: token {found.token_id} expired on {found.expires_at:%Y-%m-%d}; "
+            "ask the host for another one"
+        )
+    return Caller(found.role, found.participant)
 
 
 def check_name(name: str) -> None:

@@ -49,6 +49,12 @@ class Steps:
         query = sa.select(table).where(table.c.run_id == run_id, table.c.state == ENDED).order_by(table.c.ordinal)
         return [_ending(run_id, row) for row in self._database.read(query)]
 
+    def ended_in(self, run_ids: Collection[str], episode_id: str) -> set[str]:
+        """Return the ids of those runs in which an episode has ended."""
+        c = tables.episodes.c
+        query = sa.select(c.run_id).where(c.run_id.in_(run_ids), c.episode_id == episode_id, c.state == ENDED)
+        return {row[0] for row in self._database.read(query)}
+
     def commit(self, batch: CommitBatch) -> None:
         """Write steps, their notes, endings and charges in one transaction.
 

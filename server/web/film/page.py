@@ -11,7 +11,7 @@ from arramon_server.web.rendering import Renderer
 
 STATIC = Path(__file__).parents[1] / "static"
 
-MODULES = ("source.js", "stage.js", "main.js")
+MODULES = ("svg.js", "drive.js", "source.js", "stage.js", "main.js")
 """Modules of the watch page, each after those that it imports."""
 
 _FACES = re.compile(r"@font-face \{[^}]*\}\n?")

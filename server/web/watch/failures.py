@@ -11,7 +11,7 @@ from arramon_server.playback.outcomes import outcomes_of
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.journal import Journal
-from arramon_server.runs.storage.records import EpisodeEnding
+from arramon_server.runs.storage.records import EpisodeEnding, Run
 from arramon_server.scoring.turn_outcomes import TurnOutcome
 from arramon_server.sim.footprints import Footprints
 from arramon_server.sim.rules import Limits
@@ -39,7 +39,7 @@ class EpisodeOutcome:
 
 
 class RunFailures:
-    """Outcomes of the turns of published runs on open splits. Thread-safe; the first call for a run is slow.
+    """Outcomes of the turns of ended runs on open splits. Thread-safe; the first call for a run is slow.
 
     Args:
         splits: the splits served, by name.
@@ -52,17 +52,22 @@ class RunFailures:
         self._kept = OrderedDict[ScoresVersion, tuple[EpisodeOutcome, ...]]()
         self._lock = Lock()
 
-    def of(self, entry: Entry) -> tuple[EpisodeOutcome, ...]:
-        """Return the outcomes of a run's episodes, in playing order."""
+    def of(self, run: Run, entry: Entry | None) -> tuple[EpisodeOutcome, ...]:
+        """Return the outcomes of a run's episodes, in playing order.
+
+        Args:
+            run: the run, which has ended.
+            entry: its entry on the leaderboard; None if it is not published.
+        """
+        version = ScoresVersion(run.run_id) if entry is None else entry.version
         with self._lock:
-            if entry.version not in self._kept:
-                self._kept[entry.version] = self._outcomes(entry)
+            if version not in self._kept:
+                self._kept[version] = self._outcomes(run)
                 if len(self._kept) > CACHED_RUNS:
                     self._kept.popitem(last=False)
-            return self._kept[entry.version]
+            return self._kept[version]
 
-    def _outcomes(self, entry: Entry) -> tuple[EpisodeOutcome, ...]:
-        run = entry.run
+    def _outcomes(self, run: Run) -> tuple[EpisodeOutcome, ...]:
         split, worlds = self._splits[run.split], Worlds(self._splits, physics=Footprints)
         found = list[EpisodeOutcome]()
         for ending in self._journal.endings(run.run_id):

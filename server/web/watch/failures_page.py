@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import quote
 
-from arramon_server.board.standings import Entry
 from arramon_server.scoring.turn_outcomes import NAVIGATION, OBJECT, PLACEMENT, TurnOutcome
+from arramon_server.visible_text import shown
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.watch.failures import EpisodeOutcome
+from arramon_server.web.watch.watched_runs import WatchedRun
 
 GROUPS = {"navigation": NAVIGATION, "object": OBJECT, "placement": PLACEMENT, "nothing": (TurnOutcome.SOLVED,)}
 """Outcomes by the thing that failed first, as in `episodes_page.FAILURES`."""
@@ -19,18 +20,21 @@ FEW = 5
 """Number of the best, middle and worst episodes."""
 
 
-def failures_context(t: PageTexts, entry: Entry, outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
+def failures_context(t: PageTexts, watched: WatchedRun, outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
     """Return the variables.
 
     Args:
         t: texts of the page's language.
-        entry: the run.
+        watched: the run.
         outcomes: outcomes of its episodes.
     """
     ranked = sorted(outcomes, key=lambda one: (-one.ndtw, one.ending.episode_id))
     middle = max((len(ranked) - FEW) // 2, 0)
+    run = watched.run
     return {
-        "entry": entry,
+        "run": run,
+        "agent": shown(run.agent),
+        "is_published": watched.entry is not None,
         "episodes": len(outcomes),
         "groups": [
             (name, [(kind.value, *(_episodes(outcomes, kind, turn) for turn in range(2))) for kind in kinds])
@@ -45,7 +49,7 @@ def failures_context(t: PageTexts, entry: Entry, outcomes: Sequence[EpisodeOutco
             )
         ],
         "linked": LINKED,
-        "address": lambda episode_id: f"/{t.language}/runs/{entry.run.run_id}/episodes/{quote(episode_id, safe='')}",
+        "address": lambda episode_id: f"/{t.language}/runs/{run.run_id}/episodes/{quote(episode_id, safe='')}",
     }
 
 

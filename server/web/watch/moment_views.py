@@ -1,6 +1,6 @@
 """Moments in a reader's language, as plain data for the page and its scripts."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from arramon_client.world import Action
@@ -183,3 +183,24 @@ class MomentViews:
         if moment.state.phase is Phase.ASSEMBLY:
             return self._t("watch.cells", number=round(moment.distance))
         return self._t("watch.units", number=self._t.decimal(round(moment.distance, 1)))
+
+
+def notable_steps(moments: Sequence[Moment], *, shows_truth: bool = True) -> list[tuple[int, MomentMark]]:
+    """Return the steps at which something stands out, with what; of blocked steps in a row the first.
+
+    Args:
+        moments: the moments.
+        shows_truth: whether to include what tells something of the reference path.
+    """
+    found = list[tuple[int, MomentMark]]()
+    blocked = -2
+    for step, moment in enumerate(moments):
+        for mark in moment.marks:
+            if mark in TRUTH_MARKS and not shows_truth:
+                continue
+            if mark is MomentMark.BLOCKED:
+                was, blocked = blocked, step
+                if was == step - 1:
+                    continue
+            found.append((step, mark))
+    return found

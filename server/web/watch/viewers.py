@@ -1,15 +1,11 @@
-"""Callers of the pages, which have no sign-in: everybody, or those who may play without a token, as over gRPC."""
-
-from ipaddress import ip_address
-from urllib.parse import urlsplit
+"""Callers of the watch pages: who has signed in, or those who may play without a token, as over gRPC, or everybody."""
 
 from aiohttp import web
 
 from arramon_server.configuration.config import Config
 from arramon_server.runs.accounts.callers import ANONYMOUS, READER, UNAUTHENTICATED, Caller
-
-PROXY_HEADERS = ("Forwarded", "Via", "X-Forwarded-For")
-"""Headers that proxies add: what they forward may come from another machine."""
+from arramon_server.web.watch.sign_in import SignIn
+from arramon_server.web.watch.viewer_addresses import is_local
 
 
 class Viewers:
@@ -18,42 +14,37 @@ class Viewers:
     Args:
         anonymous: the setting of that name: whether anyone may play without a token; None for this machine only.
         own_machine: whether only this machine can reach the server over gRPC.
+        sign_in: finds who has signed in; None if nobody can.
+
+    Attributes:
+        sign_in: see the argument.
     """
 
-    def __init__(self, anonymous: bool | None = False, *, own_machine: bool = False) -> None:
+    def __init__(
+        self, anonymous: bool | None = False, *, own_machine: bool = False, sign_in: SignIn | None = None
+    ) -> None:
         self._anonymous = anonymous
         self._own_machine = own_machine
+        self.sign_in = sign_in
 
     @classmethod
-    def of(cls, config: Config) -> "Viewers":
+    def of(cls, config: Config, sign_in: SignIn | None = None) -> "Viewers":
         """Return the viewers under a host's settings."""
-        return cls(config.anonymous, own_machine=config.is_for_own_machine)
+        return cls(config.anonymous, own_machine=config.is_for_own_machine, sign_in=sign_in)
 
     def caller(self, request: web.BaseRequest) -> Caller:
-        """Return the caller of a request: as over gRPC for one without a token, or READER if that may not play."""
-        if self._own_machine and self._anonymous is not False and _is_local(request):
+        """Return the caller of a request. Call it in a thread.
+
+        It is the participant or host who has signed in. Without sign-in it is as over gRPC without a token, or READER
+        if such callers may not play.
+        """
+        signed_in = self.sign_in.caller(request) if self.sign_in is not None else None
+        if signed_in is not None:
+            return signed_in
+        if self._own_machine and self._anonymous is not False and is_local(request):
             return ANONYMOUS
         return UNAUTHENTICATED if self._anonymous else READER
 
 
 NOBODY = Viewers()
 """Viewers on a server where nobody plays without a token: they see what is published."""
-
-
-def _is_local(request: web.BaseRequest) -> bool:
-    """Return whether a request comes from this machine, through no proxy, and names this machine.
-
-    A site elsewhere can let its own name lead to this machine, in the browser of somebody who sits at it.
-    """
-    peer = request.transport.get_extra_info("peername") if request.transport is not None else None
-    if not peer or any(name in request.headers for name in PROXY_HEADERS):
-        return False
-    return _is_loopback(str(peer[0])) and _is_loopback(urlsplit(f"//{request.host}").hostname or "")
-
-
-def _is_loopback(host: str) -> bool:
-    """Return whether a host is written as `localhost` or a loopback address. No name is resolved."""
-    try:
-        return host == "localhost" or ip_address(host.partition("%")[0]).is_loopback
-    except ValueError:
-        return False

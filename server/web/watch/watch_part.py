@@ -1,19 +1,19 @@
 """Template variables of the part of a page on which an episode is watched, and the data of its scripts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 from urllib.parse import quote
 
 from arramon_client.world import PHASES, TURNS
 from arramon_server.errors import NotFound, quoted
-from arramon_server.playback.moments import Moment, MomentMark
+from arramon_server.playback.moments import MomentMark
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.visible_text import shown
 from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.section_map import draw_section
-from arramon_server.web.watch.moment_views import TRUTH_MARKS, MomentViews
+from arramon_server.web.watch.moment_views import MomentViews, notable_steps
 from arramon_server.web.watch.playbacks import Playbacks
 from arramon_server.web.watch.stage import room_start, turn_stage
 from arramon_server.web.watch.watched_runs import WatchedEpisode
@@ -49,7 +49,7 @@ class WatchPart:
         """
         views = self.views(t, watched)
         moments = views.moments
-        step = self._step(query.get("step", ""), watched, views.last)
+        step = read_step(query.get("step", ""), views.last, views.last if watched.is_live else 0)
         episode, run = watched.episode, watched.run
         section = furnished(watched.watched.split.sections[episode.section], episode.furniture)
         turns = [[one for one in moments if one.state.turn == number] for number in range(1, TURNS + 1)]
@@ -75,20 +75,18 @@ class WatchPart:
             "room_start": room_start(),
             "texts": {
                 "instructions": self._instructions(watched),
-                "phases": {
-                    f"{turn}-{phase}": t("watch.phase", turn=turn, phase=t(f"path.{phase}"))
-                    for turn in range(1, TURNS + 1)
-                    for phase in PHASES
-                },
+                "phases": phase_names(t),
+                "events": {mark.value: t(f"events.{mark.value}") for mark in MomentMark},
                 "play": t("watch.play"),
                 "pause": t("watch.pause"),
                 "frame": t("watch.frame", step="{step}"),
             },
             "trail": " ".join(f"{x:g},{y:g}" for x, y in views.trail(step)),
-            "events": self._events(moments, watched),
+            "events": notable_steps(moments, shows_truth=watched.shows_truth),
             "speeds": SPEEDS,
             "usual_speed": USUAL_SPEED,
             "here": f"/{t.language}/runs/{run.run_id}/episodes/{address}",
+            "link": f"/{t.language}/runs/{run.run_id}/episodes/{address}?step={step}",
             "files": files,
             "frame": f"{files}/frames/{step}.jpg",
             "object_name": lambda type_: object_name(t, type_),
@@ -137,13 +135,6 @@ class WatchPart:
             shows_truth=watched.shows_truth,
         )
 
-    def _step(self, text: str, watched: WatchedEpisode, last: int) -> int:
-        if not text:
-            return last if watched.is_live else 0
-        if not (text.isascii() and text.isdecimal() and len(text) < 8 and int(text) <= last):
-            raise NotFound(f"there is no step {quoted(text)}; expected 0 to {last}")
-        return int(text)
-
     def _instructions(self, watched: WatchedEpisode) -> dict[str, str]:
         """Return the instructions by turn and phase, such as "1-navigation"."""
         language = watched.run.language
@@ -153,17 +144,29 @@ class WatchPart:
             for phase in PHASES
         }
 
-    def _events(self, moments: Sequence[Moment], watched: WatchedEpisode) -> list[tuple[int, MomentMark]]:
-        """Return the steps at which something stands out, with what; of blocked steps in a row the first."""
-        found = list[tuple[int, MomentMark]]()
-        blocked = -2
-        for step, moment in enumerate(moments):
-            for mark in moment.marks:
-                if mark in TRUTH_MARKS and not watched.shows_truth:
-                    continue
-                if mark is MomentMark.BLOCKED:
-                    was, blocked = blocked, step
-                    if was == step - 1:
-                        continue
-                found.append((step, mark))
-        return found
+
+def phase_names(t: PageTexts) -> dict[str, str]:
+    """Return the names of all phases, by turn and phase, such as "1-navigation"."""
+    return {
+        f"{turn}-{phase}": t("watch.phase", turn=turn, phase=t(f"path.{phase}"))
+        for turn in range(1, TURNS + 1)
+        for phase in PHASES
+    }
+
+
+def read_step(text: str, last: int, default: int) -> int:
+    """Return the number of a step in the query of an address.
+
+    Args:
+        text: the number; empty for the default.
+        last: number of the last step.
+        default: number of the step that is shown if none is named.
+
+    Raises:
+        NotFound: if it is no number of a step.
+    """
+    if not text:
+        return default
+    if not (text.isascii() and text.isdecimal() and len(text) < 8 and int(text) <= last):
+        raise NotFound(f"there is no step {quoted(text)}; expected 0 to {last}")
+    return int(text)

@@ -8,7 +8,7 @@ from arramon_server.board.standings import Entry
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound, quoted
-from arramon_server.runs.accounts.callers import Caller
+from arramon_server.runs.accounts.callers import Caller, Role
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 
@@ -21,7 +21,8 @@ class WatchedRun:
         run: the run.
         split: its split, which is open.
         entry: its entry on the leaderboard; None if it is not published.
-        is_own: whether the caller is on the machine of the server, and may see all runs without account there.
+        is_own: whether the caller is on the machine of the server, and may see all runs without account there. Who has
+            signed in may be playing the run, so it is no reason to show the ground truth early.
     """
 
     run: Run
@@ -66,7 +67,7 @@ class WatchedEpisode:
 class WatchedRuns:
     """Finds runs and episodes for the callers of the pages.
 
-    Hidden splits are never watched on pages, not even by the host, as pages have no sign-in.
+    Hidden splits are never watched on pages, not even by the host, who can film them.
 
     Args:
         splits: the splits served, by name.
@@ -93,7 +94,8 @@ class WatchedRuns:
         is_shown = sees_all or (entry is not None and not entry.frozen)
         if not is_shown or split is None or split.hidden or split.data_hash != run.data_hash:
             raise NotFound(f"there is no run {quoted(run_id)} to watch")
-        return WatchedRun(run, split, entry, is_own=sees_all and caller.may_list)
+        is_own = sees_all and caller.may_list and caller.role is Role.ANONYMOUS
+        return WatchedRun(run, split, entry, is_own)
 
     def episode(self, caller: Caller, run_id: str, episode_id: str) -> WatchedEpisode:
         """Return an episode that the caller may watch.
@@ -113,12 +115,36 @@ class WatchedRuns:
         if not caller.may_list:
             return []
         found = list[WatchedRun]()
-        for run in self._journal.runs_of(caller.account, limit):
+        for run in self._runs_of(caller, limit):
             try:
                 found.append(self.run(caller, run.run_id))
             except NotFound:
                 continue  # on a hidden split, for example
         return found
+
+    def others(self, caller: Caller, watched: WatchedRun, limit: int, episode_id: str = "") -> list[Run]:
+        """Return other runs on the same data that the caller may watch: its own, then published ones, the latest first.
+
+        Args:
+            caller: the caller.
+            watched: the run to which they are other.
+            limit: maximum number of runs.
+            episode_id: an episode that they must have ended; empty for any.
+        """
+        own = self._runs_of(caller, limit) if caller.may_list else []
+        runs = {run.run_id: run for run in (*own, *self._board.runs_on(watched.run.split))}
+        runs.pop(watched.run.run_id, None)
+        found = [
+            run for run in runs.values() if (run.split, run.data_hash) == (watched.run.split, watched.run.data_hash)
+        ]
+        if episode_id:
+            ended = self._journal.ended_in([run.run_id for run in found], episode_id)
+            found = [run for run in found if run.run_id in ended]
+        return found[:limit]
+
+    def _runs_of(self, caller: Caller, limit: int) -> list[Run]:
+        """Return the latest runs of a caller's account; all runs for a host."""
+        return self._journal.runs(limit) if caller.role is Role.HOST else self._journal.runs_of(caller.account, limit)
 
     def _published(self, run_id: str) -> Entry | None:
         try:

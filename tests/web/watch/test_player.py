@@ -7,8 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 from playwright.sync_api import Browser, Page, expect
 
+from arramon_client.world import Action
+from arramon_server.runs.storage import tables
+from arramon_server.runs.storage.records import CommitBatch
 from arramon_server.web.film.maker import FilmMaker, FilmSettings
 from tests import tiny
 from tests.web.leaderboard_site import OPEN_RUN, LeaderboardSite
@@ -210,3 +214,55 @@ def test_a_thousand_keys_lose_nothing(shown: LeaderboardSite, browser: Browser) 
             }"""
         )
         expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
+
+
+def test_events_are_listed_as_they_happen_and_keep_the_focus(web: LeaderboardSite, browser: Browser) -> None:
+    begin(web, steps=2)
+    with served(web, OWN) as site, opened(browser, f"{site.address}/en/runs/{LIVE_RUN}/episodes/quokka-1") as page:
+        events = page.locator(".watch-events")
+        expect(events).to_contain_text("Nothing stands out so far.")
+        advance(web, LIVE_RUN, 2, 4)
+        expect(events.locator("li")).to_have_text(["2: picked up"])
+        events.get_by_role("link").focus()
+        advance(web, LIVE_RUN, 4, 5)
+        expect(events.locator("li")).to_have_text(["2: picked up", "4: placed"])
+        assert page.evaluate("document.activeElement.textContent") == "2: picked up"
+        events.get_by_role("link", name="4: placed").click()
+        expect(page.locator("[data-field=step]")).to_have_text("4")
+        advance(web, LIVE_RUN, 5, LAST)
+        expect(events.locator("li")).to_have_text(["2: picked up", "4: placed", "10: picked up", "12: placed"])
+
+
+def test_blocked_steps_in_a_row_are_listed_once(web: LeaderboardSite, browser: Browser) -> None:
+    begin(web, steps=0)
+    with served(web, OWN) as site, opened(browser, f"{site.address}/en/runs/{LIVE_RUN}/episodes/quokka-1") as page:
+        batch, (claim,) = CommitBatch(), web.journal.open_claims(LIVE_RUN)
+        for step in range(14):
+            batch.add_step(LIVE_RUN, "quokka-1", claim.fence, step, Action.FORWARD)
+        web.journal.commit(batch)
+        listed = page.locator(".watch-events li")
+        expect(listed).to_have_text(["6: left the path", "10: blocked"])
+        page.reload()
+        expect(listed).to_have_text(["6: left the path", "10: blocked"])  # as the server lists them
+
+
+def test_a_run_that_is_deleted_while_it_is_watched_is_said_to_be_gone(web: LeaderboardSite, browser: Browser) -> None:
+    begin(web, steps=3)
+    context = browser.new_context()
+    page = context.new_page()
+    with served(web, OWN) as site:
+        page.goto(f"{site.address}/hi/runs/{LIVE_RUN}/episodes/quokka-1")
+        page.wait_for_selector("#watch[data-ready]", state="attached")
+        with web.database.write() as connection:
+            for table in (tables.steps, tables.episodes, tables.runs):
+                connection.execute(sa.delete(table).where(table.c.run_id == LIVE_RUN))
+        expect(page.get_by_role("alert")).to_contain_text("यह एपिसोड अब यहाँ नहीं है")
+        expect(page.locator("[data-field=live]")).to_be_hidden()
+        page.keyboard.press("Home")
+        expect(page.locator("[data-field=step]")).to_have_text("0")  # what is loaded is still shown
+        asked = list[str]()
+        page.on("request", lambda request: asked.append(request.url))
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("[data-field=step]")).to_have_text("1")
+        assert not [address for address in asked if "moments.json" in address]
+    context.close()

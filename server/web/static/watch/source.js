@@ -5,9 +5,11 @@ const LIVE_MS = 400; // between two requests for new steps
 
 export class Source {
   // section: the element with the addresses. onGrow: called when there are new moments, with whether the turn changed.
-  constructor(section, onGrow) {
+  // onVanish: called when an episode that was followed is there no more.
+  constructor(section, onGrow, onVanish) {
     this.section = section;
     this.onGrow = onGrow;
+    this.onVanish = onVanish;
     this.moments = [];
     this.notes = {};
     this.live = false;
@@ -28,7 +30,7 @@ export class Source {
 
   async ask(first) {
     const response = await fetch(`${this.section.dataset.moments}?from=${first}`);
-    if (!response.ok) throw new Error(`moments: ${response.status}`);
+    if (!response.ok) throw Object.assign(new Error(`moments: ${response.status}`), { gone: response.status === 404 });
     this.take(await response.json());
   }
 
@@ -50,7 +52,12 @@ export class Source {
       try {
         await this.ask(Math.max(before, 0));
         wait = LIVE_MS;
-      } catch {
+      } catch (error) {
+        if (error.gone) {
+          this.live = false;
+          this.onVanish();
+          return;
+        }
         wait = Math.min(wait * 2, 10000); // the server may be restarting
         continue;
       }

@@ -1,7 +1,6 @@
 // Draws one moment: frame, maps, facts, and the note that applies.
 
-const SVG = "http://www.w3.org/2000/svg";
-const MARKS = new Set(["left", "back", "blocked", "about", "picked_up", "placed", "forced"]);
+import { MARKS, element, include, markBars, phaseBars, put, way } from "./svg.js";
 
 export class Stage {
   constructor(section, source, texts) {
@@ -19,12 +18,12 @@ export class Stage {
     this.maps = Object.fromEntries([...section.querySelectorAll("[data-map]")].map((one) => [one.dataset.map, one]));
   }
 
-  // Takes maps, facts and events from the page as it is now: a new turn has other maps, and its end shows the truth.
+  // Takes maps and facts from the page as it is now: a new turn has other maps, and its end shows the truth.
   async renew(step) {
     const response = await fetch(`${this.section.dataset.page}?step=${step}`);
     if (!response.ok) return;
     const page = new DOMParser().parseFromString(await response.text(), "text/html");
-    for (const part of [".watch-maps", ".watch-facts", ".watch-events"]) {
+    for (const part of [".watch-maps", ".watch-facts"]) {
       this.section.querySelector(part).replaceWith(page.querySelector(part));
     }
     this.find();
@@ -52,13 +51,7 @@ export class Stage {
   map(step, moment, key) {
     for (const [name, box] of Object.entries(this.maps)) box.hidden = name !== key;
     const box = this.maps[key], agent = box.querySelector("[data-field=agent]"), scale = agent.dataset.scale;
-    const trail = [];
-    for (let n = step; n >= 0; n--) {
-      const one = this.source.moments[n];
-      if (one.turn !== moment.turn || one.phase !== moment.phase) break;
-      trail.push(one.place.join(","));
-    }
-    box.querySelector(".trail").setAttribute("points", trail.reverse().join(" "));
+    box.querySelector(".trail").setAttribute("points", way(this.source.moments, step));
     put(agent, moment.place, `rotate(${moment.heading}) scale(${scale})`);
     const goal = box.querySelector("[data-field=goal]"), note = this.source.notes[moment.note];
     put(goal, note?.goal, `scale(${scale})`);
@@ -86,49 +79,39 @@ export class Stage {
 
   // The bar of phases and events above the slider.
   strip() {
-    const moments = this.source.moments, last = Math.max(this.source.last, 1), parts = [];
-    const at = (step) => (1000 * step) / last;
-    let first = 0;
-    for (let step = 1; step <= moments.length; step++) {
-      const one = moments[step], begin = moments[first];
-      if (one && one.turn === begin.turn && one.phase === begin.phase) continue;
-      const end = one ? step : last;
-      parts.push(shape("rect", { x: at(first), y: 12, width: Math.max(at(end) - at(first) - 2, 1), height: 8,
-        class: `strip-${begin.phase}` }));
-      first = step;
-    }
-    for (const moment of moments) {
-      for (const mark of moment.marks) {
-        if (MARKS.has(mark)) parts.push(shape("rect", { x: at(moment.step) - 1.5, y: 0, width: 3, height: 10, class: `mark-${mark}` }));
+    const moments = this.source.moments, last = this.source.last;
+    const marks = moments.flatMap((moment) => markBars(moment, moment.step, last, 0));
+    this.fields.strip.replaceChildren(...phaseBars(moments, 12), ...marks);
+    this.fields.range.max = last;
+    this.set("last", String(last));
+  }
+
+  // The list of what stands out. What is in it already stays, as it may have the focus.
+  events() {
+    const found = [];
+    let blocked = -2;
+    for (const { step, marks } of this.source.moments) {
+      for (const mark of marks) {
+        if (!MARKS.has(mark)) continue;
+        const goesOn = mark === "blocked" && blocked === step - 1; // of blocked steps in a row the first
+        if (mark === "blocked") blocked = step;
+        if (!goesOn) found.push([step, mark]);
       }
     }
-    this.fields.strip.replaceChildren(...parts);
-    this.fields.range.max = this.source.last;
-    this.set("last", String(this.source.last));
+    const list = this.fields.events, kept = [...list.children];
+    const texts = found.map(([step, mark]) => `${step}: ${this.texts.events[mark]}`);
+    const same = kept.findIndex((item, index) => item.textContent !== texts[index]);
+    const first = same < 0 ? kept.length : same;
+    for (const item of kept.slice(first)) item.remove();
+    list.append(...found.slice(first).map(([step, mark], index) => {
+      const item = element("li", ""), link = element("a", texts[first + index]);
+      item.className = `watch-mark mark-${mark}`;
+      link.href = `${this.section.dataset.page}?step=${step}`;
+      link.dataset.go = step;
+      item.append(link);
+      return item;
+    }));
+    list.hidden = !found.length;
+    this.fields["no-events"].hidden = found.length > 0;
   }
-}
-
-function element(name, text) {
-  const made = document.createElement(name);
-  made.textContent = text; // notes are texts of strangers
-  return made;
-}
-
-function shape(name, attributes) {
-  const made = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  return made;
-}
-
-function put(group, place, more) {
-  group.toggleAttribute("hidden", !place);
-  if (place) group.setAttribute("transform", `translate(${place[0]} ${place[1]}) ${more}`);
-}
-
-// Widens a map whose agent walks off it, as it can while it plays.
-function include(svg, [x, y]) {
-  const box = svg.viewBox.baseVal, margin = 4;
-  const left = Math.min(box.x, x - margin), top = Math.min(box.y, y - margin);
-  const side = Math.max(box.x + box.width - left, box.y + box.height - top, x + margin - left, y + margin - top);
-  if (left < box.x || top < box.y || side > box.width) svg.setAttribute("viewBox", `${left} ${top} ${side} ${side}`);
 }
