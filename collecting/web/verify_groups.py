@@ -4,8 +4,8 @@ from arramon_collecting.review.walk_playback import WalkPlayback
 from arramon_collecting.verifying.walk_results import WalkResults
 from arramon_collecting.web.device_page import DevicePage
 from arramon_collecting.web.handlers import Handlers
-from arramon_collecting.web.page_group import PageGroup
 from arramon_collecting.web.host_pages import HostPages
+from arramon_collecting.web.page_group import PageGroup
 from arramon_collecting.web.review_pages import ReviewPages
 from arramon_collecting.web.verify_pages import VerifyPages
 from arramon_collecting.web.verify_socket import VerifySockets

@@ -1,6 +1,7 @@
 """The groups of pages of writing."""
 
 from pathlib import Path
+
 from arramon_collecting.web.handlers import Handlers
 from arramon_collecting.web.page_group import PageGroup
 from arramon_collecting.web.writing.screening_page import WriteScreening
