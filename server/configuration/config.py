@@ -172,6 +172,19 @@ class Config:
     )
     play_frame_strip: bool = setting(False, "whether people see their last frames beside the current one")
     play_compass: bool = setting(False, "whether people see their heading relative to the start of the phase")
+    play_look_around: bool = setting(False, "whether people may look in other directions without steps")
+    play_zoom: bool = setting(False, "whether people may magnify what they see")
+    play_pictured_names: bool = setting(
+        False, "whether people see pictures of the things that instructions name, with their words in every language"
+    )
+    play_ahead: bool = setting(
+        False, "whether people are told what a pick-up would take, and in the room the cell ahead and what is on it"
+    )
+    play_scene_words: bool = setting(
+        False,
+        "whether people may ask what is visible, in words; their runs then have depth and segmentation, so it is left "
+        "out on splits that do not offer these",
+    )
     metrics: str = setting(
         "",
         "address of the metrics, which may equal `web`; empty: the same as `web` if that is a loopback address, "

@@ -17,7 +17,7 @@ HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
 }
 
-SHORT, FOR_EVER = "public, max-age=15", "public, max-age=31536000, immutable"
+SHORT, DAY, FOR_EVER = "public, max-age=15", "public, max-age=86400", "public, max-age=31536000, immutable"
 
 PRIVATE = "private, no-store"
 """`Cache-Control` of what not everybody may see."""
@@ -53,7 +53,7 @@ def respond(
         headers["Content-Disposition"] = f'attachment; filename="{name}"'
     if status == 200 and tag in (part.strip() for part in request.headers.get("If-None-Match", "").split(",")):
         return web.Response(status=304, headers=headers)
-    if kind.startswith("font/"):  # compressed already, and no text
+    if kind.startswith(("font/", "image/jpeg")):  # compressed already, and no text
         return web.Response(status=status, body=body, headers=headers, content_type=kind)
     if len(body) > _SMALL and _takes_gzip(request.headers.get("Accept-Encoding", "")):
         headers["Content-Encoding"] = "gzip"

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from arramon_client.world import COLLECTIBLES
 from arramon_server.scoring.trajectory import Point2
 from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.section import Prop, Section
 from arramon_server.web.page_texts import PageTexts
 
@@ -35,6 +37,34 @@ def object_name(t: PageTexts, type_: ObjectType) -> str:
     """Return the name of a collectible."""
     words = {name: t(f"objects.{getattr(type_, name)}") for name in ("pattern", "colour", "kind")}
     return t("objects.phrase", **words)
+
+
+def first_name(t: PageTexts, kind: str, look: str = "") -> str:
+    """Return the name of a kind of things; empty if people have none for it.
+
+    Args:
+        t: texts in the language of the name.
+        kind: a collectible's kind, or the kind of a segmentation label.
+        look: look of a building or of a wall; ignored for other kinds.
+    """
+    if kind in COLLECTIBLES:
+        return t(f"objects.{kind}")
+    if kind == "wall":
+        return t(f"objects.wall_{look}")
+    key = f"things.building_{look}" if kind == "building" else f"things.{kind}"
+    return _first(t, key) if key in t.words else ""
+
+
+def thing_name(t: PageTexts, label: SegmentationLabel) -> str:
+    """Return the name of a thing with a segmentation label; empty if people have none for it."""
+    if label.kind in COLLECTIBLES:
+        return object_name(t, ObjectType(label.look, label.colour, label.kind))
+    name = first_name(t, label.kind, label.look)
+    if name and label.colour:
+        name = t("objects.coloured", colour=_first(t, f"colours.{label.colour}"), kind=name)
+    if name and label.look and label.kind not in ("building", "wall"):
+        name = t("objects.with_look", kind=name, look=t(f"objects.look_{label.look}"))
+    return name
 
 
 def named_things(

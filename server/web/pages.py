@@ -24,10 +24,10 @@ from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import EpisodesPage
 from arramon_server.web.epochs_page import EpochsPage
 from arramon_server.web.host import UNNAMED, Host
-from arramon_server.web.http_responses import FOR_EVER, PRIVATE, SHORT, redirect, respond
+from arramon_server.web.http_responses import DAY, FOR_EVER, PRIVATE, SHORT, redirect, respond
 from arramon_server.web.page_texts import PageTexts, all_texts, preferred_language
 from arramon_server.web.play.people_page import PeoplePage
-from arramon_server.web.play.play_page import SOCKET, PlayPage
+from arramon_server.web.play.play_page import PICTURES, SOCKET, PlayPage
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
 from arramon_server.web.standings_page import StandingsPage
@@ -145,7 +145,8 @@ class Pages:
             return routes
         play = web.get(f"/{_LANGUAGE}/play", self._with_error_pages(self._play_page))
         people = web.get(f"/{_LANGUAGE}/people", self._with_error_pages(self._people_page))
-        return [play, people, web.get(SOCKET, self._play.serve_socket), *routes]
+        picture = web.get(f"{PICTURES}/{{thing:[a-z_]+}}.jpg", self._with_error_pages(self._play_picture))
+        return [play, people, picture, web.get(SOCKET, self._play.serve_socket), *routes]
 
     def close(self) -> None:
         """Stop accepting work, and end the threads."""
@@ -333,6 +334,14 @@ class Pages:
             return self._page(request, "play.html", texts, play.context(texts))
 
         return await self._run_in(self._page_thread, make)
+
+    async def _play_picture(self, request: web.Request) -> web.Response:
+        play = self._play
+        assert play is not None
+        return await self._run_in(
+            self._path_thread,
+            lambda: respond(request, play.picture(request.match_info["thing"]), "image/jpeg", cache=DAY),
+        )
 
     async def _people_page(self, request: web.Request) -> web.Response:
         def make() -> web.Response:

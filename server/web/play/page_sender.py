@@ -4,6 +4,7 @@ import asyncio
 import json
 import struct
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import simplejpeg
 
 from arramon_client.world import Action
-from arramon_server.errors import ArraMonError
+from arramon_server.errors import ArraMonError, Conflict, Unavailable, quoted
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.events import (
     ActionProblem,
@@ -24,18 +25,24 @@ from arramon_server.runs.play.events import (
     RunEnded,
     StreamOpened,
 )
+from arramon_server.runs.play.stream import MAX_BACKLOG
 from arramon_server.runs.storage.records import Run
 from arramon_server.sim.cameras import Frame
-from arramon_server.sim.catalogue import ObjectType
+from arramon_server.sim.geometry import wrap
 from arramon_server.sim.rules import Phase, State
+from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.play.aids import Aids
-from arramon_server.web.play.outcomes import outcome_of, relative_heading
+from arramon_server.web.play.outcomes import outcome_of
+from arramon_server.web.play.person_state import person_state
 
 JPEG_QUALITY = 90
 """JPEG quality of the frames, the default quality of agents' JPEG images."""
 
 FRAME_HEADER = struct.Struct("<I")
 """Header of a binary message: the step of the frame, 32 bits, little-endian. The JPEG follows."""
+
+LOOK = 1 << 31
+"""Bit of the header that marks a view in another heading."""
 
 Message = str | bytes
 
@@ -49,7 +56,7 @@ class PageSender:
         image_size: side length of the frames, in pixels.
         threads: in which frames are compressed.
         actions_of: returns the actions of an open episode so far; empty for any other.
-        name_of: returns an object's name in the run's language.
+        texts: texts in the run's language.
 
     Attributes:
         has_run_end: whether the end of the run was queued.
@@ -63,18 +70,19 @@ class PageSender:
         is_hidden: bool,
         image_size: int,
         actions_of: Callable[[str], Sequence[Action]],
-        name_of: Callable[[ObjectType], str],
+        texts: PageTexts,
     ) -> None:
         self._is_hidden = is_hidden
         self._size = image_size
         self._threads = threads
         self._aids = Aids.of_run(run)
         self._actions_of = actions_of
-        self._name_of = name_of
+        self._texts = texts
         self._outbox: asyncio.Queue[Message | ArraMonError | None] = asyncio.Queue()
         self._backlog = 0
         self._states: dict[str, State] = {}
         self._outcomes: dict[str, str] = {}
+        self._shown: Observed | None = None
         self.has_run_end = False
 
     @property
@@ -112,6 +120,30 @@ class PageSender:
         """Queue a message that is no event."""
         self._queue(json.dumps(message, ensure_ascii=False))
 
+    def look(self, episode_id: str, step: int, degrees: int) -> None:
+        """Draw and queue the view from the present state in another heading. Nothing else changes.
+
+        Args:
+            episode_id, step: the present state.
+            degrees: angle between the person's heading and the view, clockwise.
+
+        Raises:
+            Conflict: if the run has no such aid, or the episode is in another state.
+            Unavailable: if the page has not yet read what was sent before.
+        """
+        if not self._aids.look_around:
+            raise Conflict("this run has no aid `look_around`")
+        shown = self._shown
+        if shown is None or (shown.episode.episode_id, shown.state.step) != (episode_id, step):
+            now = "no episode" if shown is None else f"step {shown.state.step} of {shown.episode.episode_id!r}"
+            raise Conflict(f"a view from step {step} of {quoted(episode_id)} was requested, expected {now}")
+        if self._backlog > MAX_BACKLOG:
+            raise Unavailable(f"{self._backlog} bytes wait to be read; read them before you look again")
+        frame = shown.world.render(_turned(shown.state, degrees), self._size)
+        (jpeg,) = _jpeg(frame)
+        self.put({"type": "look", "episode": episode_id, "step": step, "degrees": degrees})
+        self._queue(FRAME_HEADER.pack(step | LOOK) + jpeg)
+
     def close(self, error: ArraMonError | None) -> None:
         """Queue the end of the stream."""
         self._outbox.put_nowait(error)
@@ -147,6 +179,7 @@ class PageSender:
             case EpisodeEnded(episode_id, cause, ended):
                 self._states.pop(episode_id, None)
                 self._outcomes.pop(episode_id, None)
+                self._shown = None
                 return {"type": "episode_ended", "episode": episode_id, "cause": cause, "ended": ended}
             case StreamOpened(run, progress, _):
                 return {
@@ -168,30 +201,16 @@ class PageSender:
                 return {"type": "run_ended", "run": run.run_id, "state": run.state, "ended": progress.ended}
 
     def _state(self, event: Observed) -> dict[str, Any]:
-        state, episode = event.state, event.episode
-        actions = self._actions_of(episode.episode_id)[: state.step]
-        message: dict[str, Any] = {
-            "type": "state",
-            "episode": episode.episode_id,
-            "step": state.step,
-            "turn": state.turn,
-            "phase": state.phase.value,
-            "instruction": episode.instruction(event.run.language, state.turn, state.phase.value),
-            "phase_step": state.phase_step,
-            "steps_left": event.steps_left,
-            "carries": state.carried is not None,
-            # A hidden split tells no agent what it picked up.
-            "carried": "" if state.carried is None or self._is_hidden else self._name_of(state.carried),
-            "outcome": self._outcome(episode.episode_id, state, actions),
-        }
-        if event.time_left is not None:
-            message["seconds_left"] = round(event.time_left.step_seconds, 1)
-            message["bank_left"] = round(event.time_left.bank_seconds, 1)
-        if self._aids.compass:
-            message["heading"] = relative_heading(actions, state.phase_step)
-        if self._aids.landing_diagram and state.phase is Phase.ASSEMBLY:
-            message["landing"] = _landing(state)
-        return message
+        self._shown = event
+        actions = self._actions_of(event.episode.episode_id)[: event.state.step]
+        return person_state(
+            event,
+            self._aids,
+            actions,
+            self._outcome(event.episode.episode_id, event.state, actions),
+            texts=self._texts,
+            is_hidden=self._is_hidden,
+        )
 
     def _outcome(self, episode_id: str, state: State, actions: Sequence[Action]) -> str:
         """Return what the last action did: the same for a state that is sent again; empty if that is not known."""
@@ -203,14 +222,11 @@ class PageSender:
         return self._outcomes[episode_id]
 
 
-def _landing(state: State) -> dict[str, Any]:
-    """Return the person's cell and heading in the room, and the cell in which the object would be placed, if any."""
-    cell = state.square.ahead(state.room_heading) if state.room_heading % 90.0 == 0.0 else None
-    return {
-        "cell": list(state.square),
-        "heading": round(state.room_heading) % 360,
-        "landing": list(cell) if cell is not None and cell.is_inside() else None,
-    }
+def _turned(state: State, degrees: int) -> State:
+    """Return a state in another heading."""
+    if state.phase is Phase.ASSEMBLY:
+        return replace(state, room_heading=wrap(state.room_heading + degrees))
+    return replace(state, pose=state.pose.turned(degrees))
 
 
 def _jpeg(frame: Frame) -> list[bytes]:

@@ -14,9 +14,6 @@ from arramon_server.web.play.aids import Aids
 from arramon_server.web.play.practice_split import PRACTICE
 from arramon_server.web.play.requests import MAX_EPISODES, NewRun
 
-SENSORS = ("rgb",)
-"""Sensors of a person's run."""
-
 _RECENT_RUNS = 1000
 """Number of an account's latest runs that are searched for episodes that it has played before."""
 
@@ -69,6 +66,7 @@ class PeopleRuns:
 
     def _create(self, caller: Caller, new: NewRun) -> Run:
         split = self._runs.splits.get(new.split)
+        aids = self._aids if split is None else self._aids.offered_with(split.sensors)
         chosen: Sequence[str] = ()
         if split is not None and split.name == PRACTICE:
             chosen = list(split.episodes)[-new.episodes :]  # in the order of the lessons; 0 for all
@@ -80,10 +78,10 @@ class PeopleRuns:
             agent=HUMAN,
             split=new.split,
             language=new.language,
-            sensors=SENSORS,
+            sensors=aids.sensors,
             episodes=0,
             episode_ids=chosen,
-            agent_arguments=self._aids.as_arguments(),
+            agent_arguments=aids.as_arguments(),
             by_person=True,
         )
 

@@ -1,7 +1,7 @@
 """What a play page plays on: the host's runs and engine, or those of the tutorial, which are kept only in memory."""
 
 import asyncio
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -51,12 +51,14 @@ class Practice:
         camera: one of `cameras.CAMERAS`.
         threads: in which frames are drawn and compressed.
         renderer: renders scores.
+        aids: aids of the host's new runs. The landing diagram, which teaches where things land, is added.
     """
 
-    def __init__(self, camera: str, threads: ImageThreads, renderer: Renderer) -> None:
+    def __init__(self, camera: str, threads: ImageThreads, renderer: Renderer, aids: Aids) -> None:
         self._camera = camera
         self._threads = threads
         self._renderer = renderer
+        self._aids = replace(aids, landing_diagram=True)
         self._opening = asyncio.Lock()
         self._folder: TemporaryDirectory[str] | None = None
         self._database: Database | None = None
@@ -97,8 +99,7 @@ class Practice:
         runs = RunService(splits, journal, engine, Limits(), ClockSettings(), Accounts(database), quotas, NEVER_CLOSES)
         receipts = Receipts(database, splits, SigningKey(folder / "key.pem"))
         publisher = Publisher(journal, splits, Entries(database), receipts)
-        # The aid that teaches where things land; a run for training alone is compared with nothing.
-        people = PeopleRuns(runs, journal, publisher, Aids(landing_diagram=True))
+        people = PeopleRuns(runs, journal, publisher, self._aids)
         scores = PlayedScores(runs, journal, splits, self._renderer)
         engine.start()
         self._playing = asyncio.create_task(engine.run())

@@ -14,7 +14,8 @@ from arramon_server.runs.play.engine import Engine
 from arramon_server.runs.run_service import RunService
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.web.http_responses import HEADERS
-from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.named_things import first_name
+from arramon_server.web.page_texts import PageTexts, all_texts
 from arramon_server.web.play.aids import Aids
 from arramon_server.web.play.browser_access import BrowserAccess, check_origin
 from arramon_server.web.play.people_runs import PeopleRuns
@@ -22,10 +23,14 @@ from arramon_server.web.play.play_ground import PlayGround, Practice
 from arramon_server.web.play.play_socket import PlaySocket
 from arramon_server.web.play.played_scores import PlayedScores
 from arramon_server.web.play.requests import MAX_EPISODES, MAX_REQUEST_BYTES
+from arramon_server.web.play.thing_pictures import ThingPictures, pictured_things
 from arramon_server.web.rendering import Renderer
 
 SOCKET = "/play/socket"
 """Address of the WebSocket."""
+
+PICTURES = "/play/pictures"
+"""Address of the folder of pictures of things."""
 
 SOCKET_SHARE = 4
 """Divisor of the process's limit of calls: play pages may have 1/SOCKET_SHARE of it open."""
@@ -57,16 +62,18 @@ class PlayPage:
         renderer: Renderer,
     ) -> None:
         self._access = access
+        aids = Aids.of_config(config)
         self._ground = PlayGround(
-            PeopleRuns(runs, journal, publisher, Aids.of_config(config)),
+            PeopleRuns(runs, journal, publisher, aids),
             PlayedScores(runs, journal, runs.splits, renderer),
             engine,
         )
-        self._practice = Practice(config.camera, threads, renderer)
+        self._practice = Practice(config.camera, threads, renderer, aids)
         self._threads = threads
         self._sizes = config.play_image_sizes
         self._keepalive_seconds = config.keepalive_seconds
         self._max_sockets = max(1, config.max_calls // SOCKET_SHARE)
+        self._pictures = ThingPictures(config.camera)
         self._open = 0
 
     def close(self) -> None:
@@ -80,6 +87,8 @@ class PlayPage:
             "splits": [_choice(t, split) for split in self._playable(t.language)],
             "needs_token": self._access.needs_token,
             "max_episodes": MAX_EPISODES,
+            "pictures": PICTURES,
+            "things": [(thing, names_of(thing)) for thing in pictured_things()],
             "settings": {
                 "socket": SOCKET,
                 "language": t.language,
@@ -96,6 +105,14 @@ class PlayPage:
             split for split in self._ground.runs.splits.values() if language in split.languages and not split.training
         ]
         return sorted(found, key=lambda split: (split.hidden, split.name))
+
+    def picture(self, thing: str) -> bytes:
+        """Return the picture of a thing that instructions name, in JPEG. Thread-safe.
+
+        Raises:
+            NotFound: if there is none.
+        """
+        return self._pictures.jpeg(thing)
 
     async def serve_socket(self, request: web.Request) -> web.StreamResponse:
         """Serve a WebSocket of the play page until it is closed."""
@@ -122,6 +139,12 @@ class PlayPage:
 
 def _choice(t: PageTexts, split: Split) -> dict[str, Any]:
     return {"name": split.name, "hidden": split.hidden, "episodes": split.languages[t.language]}
+
+
+def names_of(thing: str) -> list[tuple[str, str]]:
+    """Return the name of one of `pictured_things` in each language of the pages, after the language's code."""
+    kind, _, look = thing.partition("_") if thing.startswith(("building_", "wall_")) else (thing, "", "")
+    return [(code, first_name(t, kind, look)) for code, t in all_texts().items()]
 
 
 def _refused(status: int, reason: str) -> web.Response:

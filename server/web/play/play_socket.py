@@ -15,11 +15,10 @@ from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.accounts.callers import UNAUTHENTICATED, Caller
 from arramon_server.runs.play.stream import Act, Stream
 from arramon_server.runs.storage.records import Run
-from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import DEFAULT_LANGUAGE, PageTexts, all_texts
 from arramon_server.web.play.browser_access import BrowserAccess
 from arramon_server.web.play.page_sender import JPEG_QUALITY, Message, PageSender
-from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, Publish, read_hello, read_request
+from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, Look, Publish, read_hello, read_request
 from arramon_server.web.play.socket_ground import PracticeGround, SocketGround
 
 HELLO_SECONDS = 20.0
@@ -33,6 +32,9 @@ SCORES_SECONDS = 600.0
 
 REFUSED_MESSAGES = 50
 """Number of malformed messages after which a connection is closed."""
+
+LOOK_SECONDS = 0.05
+"""Interval between the views of one page: they cost as much as a step, but no step."""
 
 ADMISSION_SECONDS = 2.0
 """Interval at which an open connection is authenticated again, when it gets a message."""
@@ -120,14 +122,13 @@ class PlaySocket:
             session = stream.sessions.get(episode_id)
             return session.actions if session else ()
 
-        texts = texts_of(run.language)
         sender = PageSender(
             run,
             self._threads,
             is_hidden=self._ground.runs.is_hidden(run),
             image_size=hello.size,
             actions_of=actions_of,
-            name_of=lambda type_: object_name(texts, type_),
+            texts=texts_of(run.language),
         )
         stream = Stream(
             run=run,
@@ -190,12 +191,15 @@ class PlaySocket:
         """
         try:
             match read_request(text):
-                case Key() | GiveUp() if sender.has_run_end:
+                case Key() | GiveUp() | Look() if sender.has_run_end:
                     raise Conflict(f"run {stream.run.run_id!r} has ended; it takes no more actions")
                 case Key(episode, step, action):
                     self._ground.engine.receive(stream, [Act(episode, step, action=action)])
                 case GiveUp(episode):
                     self._ground.engine.receive(stream, [Act(episode, 0, forfeit="given up on the page")])
+                case Look(episode, step, degrees):
+                    sender.look(episode, step, degrees)
+                    await asyncio.sleep(LOOK_SECONDS)
                 case AskScores(episode):
                     html, placed = await self._ground.scores.html(
                         caller, stream.run, episode, texts_of(stream.run.language)

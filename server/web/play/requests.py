@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from arramon.strict_json import NotJsonError, read_json
+from arramon_client.world import TURN_DEGREES
 from arramon_server.errors import BadInput, quoted
 
 MAX_REQUEST_BYTES = 8192
@@ -72,6 +73,15 @@ class Key:
 
 
 @dataclass(frozen=True, slots=True)
+class Look:
+    """The person looks around in a step: the view in another heading, `degrees` clockwise of their own."""
+
+    episode: str
+    step: int
+    degrees: int
+
+
+@dataclass(frozen=True, slots=True)
 class GiveUp:
     """The person gives up an episode."""
 
@@ -114,7 +124,7 @@ def read_hello(text: str) -> Hello:
     return Hello(player, token, size, run or _new_run(fields), practice)
 
 
-def read_request(text: str) -> Key | GiveUp | AskScores | Publish:
+def read_request(text: str) -> Key | Look | GiveUp | AskScores | Publish:
     """Parse a further message of a page.
 
     Raises:
@@ -124,6 +134,8 @@ def read_request(text: str) -> Key | GiveUp | AskScores | Publish:
     match fields.get("type"):
         case "key":
             return Key(_text(fields, "episode", 200), _whole(fields, "step", MAX_STEP), _whole(fields, "action", 3))
+        case "look":
+            return _look(fields)
         case "give_up":
             return GiveUp(_text(fields, "episode", 200))
         case "scores":
@@ -132,8 +144,15 @@ def read_request(text: str) -> Key | GiveUp | AskScores | Publish:
             return Publish()
         case other:
             raise BadInput(
-                f"a message is of type {quoted(str(other))}, expected 'key', 'give_up', 'scores' or 'publish'"
+                f"a message is of type {quoted(str(other))}, expected 'key', 'look', 'give_up', 'scores' or 'publish'"
             )
+
+
+def _look(fields: dict[str, Any]) -> Look:
+    degrees = _whole(fields, "degrees", 359)
+    if degrees % TURN_DEGREES:
+        raise BadInput(f"degrees is {degrees}, expected a multiple of {TURN_DEGREES}")
+    return Look(_text(fields, "episode", 200), _whole(fields, "step", MAX_STEP), degrees)
 
 
 def _new_run(fields: dict[str, Any]) -> NewRun:

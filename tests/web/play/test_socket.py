@@ -38,7 +38,7 @@ def test_an_episode_from_the_first_key_to_the_scores(server: PageServer) -> None
     async def play(client: PageClient) -> None:
         await client.hello(size=448)
         opened, *messages = await client.play()
-        assert opened["aids"] == {"landing_diagram": True, "frame_strip": False, "compass": True}
+        assert {name for name, is_on in opened["aids"].items() if is_on} == {"landing_diagram", "compass"}
         assert (opened["split"], opened["language"], opened["size"], opened["episodes"]) == ("tiny", "en", 448, 1)
         states = [message for message in messages if message["type"] == "state"]
         assert [state["step"] for state in states] == list(range(13))

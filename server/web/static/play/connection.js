@@ -2,6 +2,7 @@
 const FIRST_DELAY = 300, LONGEST_DELAY = 5000;
 // Of a half-open connection: the server pings, but a page cannot see that. A first answer may have to wait for a scene.
 const ANSWER_TIMEOUT = 10000, OPENING_TIMEOUT = 30000;
+const LOOK = 1 << 31; // marks a view in another heading
 
 // The server refuses for good: only the person can do something about it.
 const FINAL = new Set(["Replaced", "TakenOver", "NotFound", "Forbidden", "Unauthenticated", "OverQuota", "BadInput", "Conflict"]);
@@ -32,8 +33,8 @@ export class Connection {
   take(data) {
     this.answered();
     if (typeof data !== "string") {
-      const step = new DataView(data).getUint32(0, true);
-      this.on.frame(step, data.slice(4));
+      const header = new DataView(data).getUint32(0, true);
+      this.on.frame(header & ~LOOK, data.slice(4), (header & LOOK) !== 0);
       return;
     }
     const message = JSON.parse(data);

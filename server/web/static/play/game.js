@@ -64,7 +64,12 @@ export class Game {
     if (next !== null) this.press(next);
   }
 
-  takeFrame(step, jpeg) {
-    if (this.state && this.state.step === step) this.show.frame(step, jpeg); // others are late
+  // Whether the person may look around: not while a key is answered.
+  get isWaitingForKey() { return this.state !== null && this.pending === null; }
+
+  takeFrame(step, jpeg, isLook = false) {
+    if (!this.state || this.state.step !== step) return; // late
+    if (!isLook) this.show.frame(step, jpeg);
+    else if (this.isWaitingForKey) this.show.look(step, jpeg);
   }
 }

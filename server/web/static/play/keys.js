@@ -5,6 +5,17 @@ const KEYS = {
   ArrowUp: FORWARD, KeyW: FORWARD, ArrowLeft: LEFT, KeyA: LEFT, ArrowRight: RIGHT, KeyD: RIGHT, Space: INTERACT, Enter: INTERACT,
 };
 
+// Calls the function that `commands` has for a key's code, such as KeyX, while `isPlaying()`. A key that is held counts once.
+export function listenForCommands(isPlaying, commands) {
+  document.addEventListener("keydown", (event) => {
+    const command = commands[event.code];
+    if (!command || !isPlaying() || event.repeat || event.ctrlKey || event.metaKey || event.altKey || event.isComposing) return;
+    if (event.target.closest("input, select, textarea")) return;
+    event.preventDefault();
+    command();
+  });
+}
+
 // Calls `act(action, repeated)`, while `isPlaying()`.
 export function listen(isPlaying, act) {
   document.addEventListener("keydown", (event) => {

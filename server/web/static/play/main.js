@@ -1,8 +1,10 @@
 // The play page: connects what the browser keeps, the connection, the game and the view.
 import { Connection } from "./connection.js";
 import { Game } from "./game.js";
-import { listen } from "./keys.js";
+import { listen, listenForCommands } from "./keys.js";
+import { Looking } from "./looking.js";
 import { Memory } from "./memory.js";
+import { listenForSwipes } from "./swipes.js";
 import { View } from "./view.js";
 
 const settings = JSON.parse(document.getElementById("settings").textContent);
@@ -20,10 +22,13 @@ let lastPractised = ""; // the last episode of the tutorial, whose scores are th
 let current = null; // the run, as the server opened it
 
 const game = new Game((message) => connection.send(message), {
-  state: (state, context) => view.state(state, context),
+  state: (state, context) => { if (context.isNew) looking.end(); view.state(state, context); },
   frame: (step, jpeg) => view.frame(jpeg, () => game.state?.step === step, () => {
     document.documentElement.dataset.drawn = `${game.state?.episode} ${step}`;
     if (game.sentAt) performance.measure("key to frame", { start: game.sentAt, end: performance.now() });
+  }),
+  look: (step, jpeg) => view.look(jpeg, () => game.isWaitingForKey && game.state.step === step, () => {
+    document.documentElement.dataset.looked = String(looking.degrees);
   }),
   phaseEnded: (phase) => { if (phase.forced) view.status(texts.step_limit); else view.status(""); },
   ended: (ended) => {
@@ -41,10 +46,15 @@ const game = new Game((message) => connection.send(message), {
 
 const connection = new Connection(settings.socket, hello, {
   message: take,
-  frame: (step, jpeg) => game.takeFrame(step, jpeg),
+  frame: (step, jpeg, isLook) => game.takeFrame(step, jpeg, isLook),
   lost: () => { view.status(texts.lost); },
   refused,
 });
+
+const looking = new Looking((degrees) => {
+  if (!current?.aids.look_around || !game.isWaitingForKey) return false;
+  return connection.send({ type: "look", episode: game.state.episode, step: game.state.step, degrees });
+}, (degrees) => view.looking(degrees));
 
 function hello() {
   const first = { type: "hello", player: memory.player, token: memory.token, size };
@@ -69,6 +79,7 @@ function take(message) {
       showGame(true);
       break;
     case "started": view.clearStrip(); break;
+    case "look": break; // its view follows
     case "scores":
       view.scores(message.html);
       if (practice === null && lastPractised && message.episode === lastPractised) {
@@ -117,7 +128,30 @@ function showGame(plays) {
   const isKnown = memory.hasPractised || memory.earlier.length > 0;
   element("practice").firstElementChild.hidden = isKnown;
   element("practice").classList.toggle("notice", !isKnown);
-  element("practice").querySelector("button").classList.toggle("quiet", isKnown);
+  listenForSwipes(document.querySelector(".frame"), () => memory.swipes && game.isPlaying, (action) => game.press(action));
+
+const commands = {
+  KeyQ: () => looking.turn(-1),
+  KeyE: () => looking.turn(1),
+  KeyZ: () => { if (current?.aids.zoom) view.zoom(); },
+  KeyX: () => { if (game.state) view.describe(game.state); },
+};
+listenForCommands(() => game.isPlaying, commands);
+for (const button of document.querySelectorAll("[data-command]")) {
+  button.addEventListener("click", commands[button.dataset.command]);
+}
+
+function useSwipes() {
+  document.querySelector(".frame").classList.toggle("swiped", memory.swipes);
+  element("swipes").querySelector("input").checked = memory.swipes;
+}
+useSwipes();
+element("swipes").querySelector("input").addEventListener("change", (event) => {
+  memory.keepSwipes(event.target.checked);
+  useSwipes();
+});
+
+element("practice").querySelector("button").classList.toggle("quiet", isKnown);
   element("again").hidden = element("publish").hidden = true;
   document.body.classList.toggle("playing", plays);
   if (plays) element("frame").focus({ preventScroll: true });

@@ -22,6 +22,10 @@ export class Memory {
 
   get hasPractised() { return Boolean(this.kept.practised); }
 
+  get swipes() { return Boolean(this.kept.swipes); }
+
+  keepSwipes(swipes) { this.kept.swipes = swipes; this.save(); }
+
   notePractice() { this.kept.practised = true; this.save(); }
 
   keepPerson(token, name) { Object.assign(this.kept, { token, name }); this.save(); }

@@ -1,4 +1,6 @@
 // Draws what the page shows: frame, texts, clocks, and the aids that the run has.
+import { aheadWords, stateWords } from "./words.js";
+
 const STRIP = 4;  // frames in the strip
 const FEW_STEPS = 20;
 const SVG = "http://www.w3.org/2000/svg";
@@ -33,6 +35,11 @@ export class View {
     element("strip").hidden = !run.aids.frame_strip;
     for (const one of document.querySelectorAll(".compass")) one.hidden = !run.aids.compass;
     element("instruction").lang = run.language;
+    element("look").hidden = !run.aids.look_around;
+    element("zoom").hidden = !run.aids.zoom;
+    element("names").hidden = !run.aids.pictured_names;
+    for (const one of document.querySelectorAll(".ahead")) one.hidden = !run.aids.ahead;
+    if (!run.aids.zoom) this.zoom(false);
     this.progress(run.ended, run.episodes);
   }
 
@@ -55,7 +62,9 @@ export class View {
     this.tick();
     if (isNew) this.outcome(state, before, action);
     if (this.aids.compass && state.heading !== undefined) this.compass(state.heading);
-    this.landing(state.landing);
+    element("ahead").textContent = aheadWords((...of) => this.say(...of), state.ahead);
+    this.landing(state.landing, state.ahead);
+    element("described").textContent = "";
     if (before && before.phase !== state.phase) this.clearStrip();
   }
 
@@ -63,7 +72,10 @@ export class View {
     const text = state.outcome ? this.say(state.outcome, { object: state.carried || this.texts.carries_something }) : "";
     const quiet = state.outcome === "moved" || state.outcome === "turned";
     const turned = { 1: "left", 2: "right" }[action];
-    element("outcome").textContent = state.outcome === "turned" && turned ? this.texts[`turned_${turned}`] : text;
+    const said = state.outcome === "turned" && turned ? this.texts[`turned_${turned}`] : text;
+    const isNear = state.ahead && (state.ahead.in_reach || state.phase === "assembly");
+    const ahead = isNear ? aheadWords((...of) => this.say(...of), state.ahead) : "";
+    element("outcome").textContent = [said, ahead].filter(Boolean).join(" ");
     this.flash(quiet ? "" : text);
   }
 
@@ -98,14 +110,51 @@ export class View {
     }).catch((error) => { this.status(this.texts.no_frame); console.warn(error); });
   }
 
-  keepInStrip() {
-    if (!this.aids.frame_strip) return;
-    if (!this.hasFrame) { this.hasFrame = true; return; }
-    const strip = element("strip");
+  // A view in another heading covers the frame until the next one. `isCurrent` as for `frame`.
+  look(jpeg, isCurrent, drawn) {
+    this.drawing = this.drawing.then(async () => {
+      const image = await createImageBitmap(new Blob([jpeg], { type: "image/jpeg" }));
+      if (isCurrent()) {
+        this.lastFrame ??= this.thumbnail();
+        this.context.drawImage(image, 0, 0, this.canvas.width, this.canvas.height);
+        drawn();
+      }
+      image.close();
+    }).catch((error) => { this.status(this.texts.no_frame); console.warn(error); });
+  }
+
+  // How far the person looks to the right, in degrees; 0 for straight ahead.
+  looking(degrees) {
+    const side = degrees > 180 ? "looking_left" : "looking_right";
+    element("looking").textContent = degrees ? this.say(side, { degrees: degrees > 180 ? 360 - degrees : degrees }) : "";
+  }
+
+  zoom(isOn = !this.canvas.classList.contains("zoomed")) {
+    this.canvas.classList.toggle("zoomed", isOn);
+    element("zoom").setAttribute("aria-pressed", String(isOn));
+  }
+
+  // Says all that the page knows of a state; again, if it is asked again.
+  describe(state) {
+    const described = element("described");
+    described.textContent = "";
+    setTimeout(() => { described.textContent = stateWords((...of) => this.say(...of), state); }, 50);
+  }
+
+  thumbnail() {
     const copy = document.createElement("canvas");
     copy.width = copy.height = 112;
     copy.getContext("2d").drawImage(this.canvas, 0, 0, 112, 112);
-    strip.append(copy);
+    return copy;
+  }
+
+  keepInStrip() {
+    const last = this.lastFrame ?? this.thumbnail();
+    this.lastFrame = null;
+    if (!this.aids.frame_strip) return;
+    if (!this.hasFrame) { this.hasFrame = true; return; }
+    const strip = element("strip");
+    strip.append(last);
     while (strip.children.length > STRIP) strip.firstChild.remove();
   }
 
@@ -117,7 +166,7 @@ export class View {
     element("compass").setAttribute("aria-label", this.say("heading", { degrees: heading }));
   }
 
-  landing(landing) {
+  landing(landing, ahead) {
     element("landing").hidden = !landing;
     if (!landing) return;
     const figure = element("landing"), cell = figure.querySelector(".cell");
@@ -125,6 +174,7 @@ export class View {
     const at = `translate(${10 * column + 5} ${40 - 10 * row - 5}) rotate(${landing.heading})`;
     figure.querySelector(".me").setAttribute("transform", at);
     cell.toggleAttribute("hidden", !landing.landing);
+    cell.classList.toggle("taken", Boolean(ahead?.objects?.length));
     if (landing.landing) {
       cell.setAttribute("x", 10 * landing.landing[0]);
       cell.setAttribute("y", 30 - 10 * landing.landing[1]);
