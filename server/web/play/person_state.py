@@ -62,7 +62,7 @@ def person_state(
     if aids.landing_diagram and state.phase is Phase.ASSEMBLY:
         message["landing"] = _landing(state)
     if aids.ahead:
-        message["ahead"] = _cell_ahead(state, name_of) if state.phase is Phase.ASSEMBLY else _in_reach(event, name_of)
+        message["ahead"] = cell_ahead(state, name_of) if state.phase is Phase.ASSEMBLY else _in_reach(event, name_of)
     if aids.scene_words and event.frame is not None and event.frame.segmentation is not None:
         message["scene"] = [
             {"side": thing.side, "name": name, "steps": thing.steps}
@@ -83,7 +83,7 @@ def _in_reach(event: Observed, name_of: NameOf) -> dict[str, Any]:
     return {"in_reach": index is not None, "object": "" if index is None else name_of(street[index].type)}
 
 
-def _cell_ahead(state: State, name_of: NameOf) -> dict[str, Any]:
+def cell_ahead(state: State, name_of: NameOf) -> dict[str, Any]:
     """Return the cell ahead in the room with the objects on it, bottom up; None with the reason if there is none."""
     if state.room_heading % 90.0:
         return {"cell": None, "why": "oblique"}

@@ -16,6 +16,9 @@ from tests.serving import Server
 
 PLAYER = "a" * 16
 
+LOOK = 1 << 31
+"""Bit that marks a view in another heading."""
+
 
 class PageServer(Server):
     """A server with pages, on tiny splits; it keeps the pages' port when it is started again.
@@ -39,11 +42,13 @@ class PageClient:
 
     Attributes:
         frames: step and size of every frame that came, in order.
+        looks: step and JPEG of every view in another heading.
     """
 
     def __init__(self, connection: aiohttp.ClientWebSocketResponse) -> None:
         self.connection = connection
         self.frames: list[tuple[int, int]] = []
+        self.looks: list[tuple[int, bytes]] = []
 
     async def say(self, **message: object) -> None:
         await self.connection.send_str(json.dumps(message))
@@ -60,13 +65,28 @@ class PageClient:
             type="key", episode=state["episode"], step=state["step"] if step is None else step, action=action
         )
 
+    async def look(self, state: dict[str, Any], degrees: int) -> bytes:
+        """The view in another heading, as JPEG."""
+        await self.say(type="look", episode=state["episode"], step=state["step"], degrees=degrees)
+        assert (await self.until("look"))["degrees"] == degrees
+        number = len(self.looks)
+        await self.say(type="scores", episode="none")  # An answer that comes after the view.
+        assert (await self.message())["type"] == "problem"
+        ((step, jpeg),) = self.looks[number:]
+        assert step == state["step"]
+        return jpeg
+
     async def message(self) -> dict[str, Any]:
         """The next message; frames before it are noted."""
         while True:
             got = await self.connection.receive(timeout=120)
             if got.type is aiohttp.WSMsgType.BINARY:
                 assert got.data[4:6] == b"\xff\xd8", "a frame is a JPEG"
-                self.frames.append((int.from_bytes(got.data[:4], "little"), len(got.data) - 4))
+                header = int.from_bytes(got.data[:4], "little")
+                if header & LOOK:
+                    self.looks.append((header - LOOK, got.data[4:]))
+                else:
+                    self.frames.append((header, len(got.data) - 4))
                 continue
             assert got.type is aiohttp.WSMsgType.TEXT, got
             message: dict[str, Any] = json.loads(got.data)

@@ -5,7 +5,17 @@ import json
 import pytest
 
 from arramon_server.errors import BadInput
-from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, NewRun, Publish, read_hello, read_request
+from arramon_server.web.play.requests import (
+    AskScores,
+    GiveUp,
+    Hello,
+    Key,
+    Look,
+    NewRun,
+    Publish,
+    read_hello,
+    read_request,
+)
 
 PLAYER, RUN = "0f" * 8, "2e" * 16
 HELLO = {"type": "hello", "player": PLAYER, "size": 224}
@@ -22,6 +32,7 @@ def test_first_messages() -> None:
     ("text", "expected"),
     [
         ({"type": "key", "episode": "1", "step": 3, "action": 0}, Key("1", 3, 0)),
+        ({"type": "look", "episode": "1", "step": 3, "degrees": 330}, Look("1", 3, 330)),
         ({"type": "give_up", "episode": "1"}, GiveUp("1")),
         ({"type": "scores"}, AskScores("")),
         ({"type": "publish"}, Publish()),
@@ -37,8 +48,11 @@ def test_further_messages(text: dict[str, object], expected: object) -> None:
     [
         ("", "a message is not JSON, or was truncated; expected a JSON object"),
         ("[1]", "a message is no JSON object"),
-        ('{"type": "fly"}', "a message is of type 'fly', expected 'key', 'give_up', 'scores' or 'publish'"),
-        ('{"type": ["key"]}', "a message is of type \"['key']\", expected 'key', 'give_up', 'scores' or 'publish'"),
+        ('{"type": "fly"}', "a message is of type 'fly', expected 'key', 'look', 'give_up', 'scores' or 'publish'"),
+        (
+            '{"type": ["key"]}',
+            "a message is of type \"['key']\", expected 'key', 'look', 'give_up', 'scores' or 'publish'",
+        ),
         ('{"type": "key", "step": 1, "action": 0}', "episode is missing, expected a text"),
         ('{"type": "key", "episode": 5, "step": 1, "action": 0}', "episode is no text, expected a text"),
         ('{"type": "key", "episode": "5", "action": 0}', "step is missing, expected a whole number from 0 to 1000000"),
@@ -49,6 +63,8 @@ def test_further_messages(text: dict[str, object], expected: object) -> None:
             '{"type": "key", "episode": "5", "step": 1, "action": 4}',
             "action is '4', expected a whole number from 0 to 3",
         ),
+        ('{"type": "look", "episode": "5", "step": 1, "degrees": 45}', "degrees is 45, expected a multiple of 30"),
+        ('{"type": "look", "episode": "5", "step": 1, "degrees": 360}', "degrees is '360', expected a whole number"),
         ('{"type": "key", "episode": "5", "step": NaN, "action": 4}', "has the number NaN, which JSON does not have"),
         (json.dumps({"type": "give_up", "episode": "x" * 201}), "episode has 201 characters; at most 200 are allowed"),
         ("[" * 100 + "]" * 100, "is nested more than 4 levels deep"),
