@@ -128,7 +128,22 @@ function showGame(plays) {
   const isKnown = memory.hasPractised || memory.earlier.length > 0;
   element("practice").firstElementChild.hidden = isKnown;
   element("practice").classList.toggle("notice", !isKnown);
-  listenForSwipes(document.querySelector(".frame"), () => memory.swipes && game.isPlaying, (action) => game.press(action));
+  element("practice").querySelector("button").classList.toggle("quiet", isKnown);
+  element("again").hidden = element("publish").hidden = true;
+  document.body.classList.toggle("playing", plays);
+  if (plays) element("frame").focus({ preventScroll: true });
+}
+
+function connect() {
+  connection.stop();
+  game.reset();
+  view.status(texts.connecting);
+  connection.open();
+}
+
+listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
+
+listenForSwipes(document.querySelector(".frame"), () => memory.swipes && game.isPlaying, (action) => game.press(action));
 
 const commands = {
   KeyQ: () => looking.turn(-1),
@@ -150,21 +165,6 @@ element("swipes").querySelector("input").addEventListener("change", (event) => {
   memory.keepSwipes(event.target.checked);
   useSwipes();
 });
-
-element("practice").querySelector("button").classList.toggle("quiet", isKnown);
-  element("again").hidden = element("publish").hidden = true;
-  document.body.classList.toggle("playing", plays);
-  if (plays) element("frame").focus({ preventScroll: true });
-}
-
-function connect() {
-  connection.stop();
-  game.reset();
-  view.status(texts.connecting);
-  connection.open();
-}
-
-listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
 
 element("practice").querySelector("button").addEventListener("click", () => {
   practice = "";
