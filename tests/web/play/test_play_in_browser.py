@@ -76,8 +76,8 @@ def test_a_whole_episode_by_keys(
         drawn(page, 3)
         press(page, tiny.ACTIONS[3:-1], first=3, keys=keys)
         page.keyboard.press(keys[tiny.P])
-        expect(page.locator("#scores svg.map")).to_have_count(2)
-        expect(page.locator("#scores tbody td").last).to_have_text("1.000")
+        expect(page.locator("#result svg.map")).to_have_count(2)
+        expect(page.locator("#result tbody td").last).to_have_text("1.000")
         expect(page.locator("#begin")).to_be_visible()
         page.click("#publish button")
         page.click("#status a")
@@ -129,7 +129,7 @@ def test_buttons_on_a_phone(browser: Browser, server: PageServer) -> None:
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
         page.on("dialog", lambda dialog: dialog.accept())
         page.locator("#give-up").tap()
-        expect(page.locator("#scores h2").first).to_be_visible()
+        expect(page.locator("#result h2").first).to_be_visible()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -168,7 +168,7 @@ element("swipes").querySelector("input").addEventListener("change", (event) => {
 
 element("practice").querySelector("button").addEventListener("click", () => {
   practice = "";
-  element("scores").replaceChildren();
+  element("result").replaceChildren();
   connect();
 });
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
@@ -185,7 +185,7 @@ form?.addEventListener("submit", (event) => {
   memory.keepPerson(token.value.trim(), participant.value.trim());
   size = Number(form.elements.size.value);
   wanted = { split: split.value, episodes: hidden ? 0 : Number(episodes.value) };
-  element("scores").replaceChildren();
+  element("result").replaceChildren();
   practice = null;
   connect();
 });

@@ -193,7 +193,13 @@ export class View {
 
   scores(html) {
     const page = new DOMParser().parseFromString(html, "text/html"); // runs no scripts
-    element("scores").replaceChildren(...page.body.childNodes);
+    element("result").replaceChildren(...page.body.childNodes);
+    for (const box of document.querySelectorAll("#result .sight")) { // on a phone a map is wider than its box
+      const start = box.querySelector(".start").getBoundingClientRect(), edge = box.getBoundingClientRect();
+      box.scrollLeft += start.left - edge.left - edge.width / 2;
+    }
+    // A person who plays on is not interrupted.
+    if (element("game").hidden) element("result").querySelector("h2")?.focus({ preventScroll: true });
   }
 }
 
