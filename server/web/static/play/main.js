@@ -19,10 +19,16 @@ let size = slow ? settings.sizes[1] : settings.sizes[0];
 let wanted = null;  // a new run to create; null to continue the one that is kept
 let practice = null; // null outside the tutorial; in it the id of its run, empty before it is opened
 let lastPractised = ""; // the last episode of the tutorial, whose scores are the placement test
+let hasProblem = false; // whether a refused message is shown
 let current = null; // the run, as the server opened it
 
 const game = new Game((message) => connection.send(message), {
-  state: (state, context) => { if (context.isNew) looking.end(); view.state(state, context); },
+  state: (state, context) => {
+    if (context.isNew) looking.end();
+    if (context.isNew && hasProblem) view.status("");
+    hasProblem &&= !context.isNew;
+    view.state(state, context);
+  },
   frame: (step, jpeg) => view.frame(jpeg, () => game.state?.step === step, () => {
     document.documentElement.dataset.drawn = `${game.state?.episode} ${step}`;
     if (game.sentAt) performance.measure("key to frame", { start: game.sentAt, end: performance.now() });
@@ -40,6 +46,7 @@ const game = new Game((message) => connection.send(message), {
     if (!current.is_hidden) connection.send({ type: "scores", episode: ended.episode });
   },
   problem: (problem) => {
+    hasProblem = true;
     view.status(view.say("problem", { message: problem.message }));
   },
 });

@@ -26,10 +26,10 @@ export function sceneWords(say, scene) {
 // All that the page knows of a state.
 export function stateWords(say, state) {
   const isRoom = state.phase === "assembly";
+  const phase = say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn });
   const carried = !state.carries ? say("carries_nothing") : state.carried || say("carries_something");
   return [
-    `${say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn })}.`,
-    say("said_facts", { carried, steps: state.steps_left }),
+    say("said_facts", { phase, carried, steps: state.steps_left }),
     aheadWords(say, state.ahead),
     sceneWords(say, state.scene),
   ].filter(Boolean).join(" ");

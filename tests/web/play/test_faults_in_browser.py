@@ -1,0 +1,157 @@
+"""Faults between a real page and a real server: tampered, late and lost messages, floods, runs that ended elsewhere."""
+
+import json
+from collections.abc import Callable
+
+from playwright.sync_api import Browser, Page, WebSocketRoute, expect
+
+from tests import forked, tiny
+from tests.web.play.page_client import PageServer
+from tests.web.play.test_play_in_browser import drawn, press, start, window
+
+PIXELS = "document.getElementById('frame').toDataURL()"
+
+Message = str | bytes
+Pass = Callable[[Message], None]
+
+
+def tamper(
+    page: Page,
+    *,
+    to_server: Callable[[Message, Pass], None] = lambda message, forward: forward(message),
+    to_page: Callable[[Message, Pass], None] = lambda message, forward: forward(message),
+) -> None:
+    """Let functions see every message of the page's connections, and pass on what they like."""
+
+    def connect(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+        route.on_message(lambda message: to_server(message, server.send))
+        server.on_message(lambda message: to_page(message, route.send))
+
+    page.route_web_socket("**/play/socket", connect)
+
+
+def test_tampered_messages_are_said_and_change_nothing(browser: Browser, server: PageServer) -> None:
+    forged: list[Message] = []
+
+    def insert(message: Message, forward: Pass) -> None:
+        forward(message)
+        said = json.loads(message)
+        if said["type"] == "key" and said["step"] == 0:
+            for changed in ({}, {"step": 7}, {"episode": "forged"}, {"action": 9}, {"type": "fly"}):
+                forged.append(json.dumps({**said, **changed}))
+                forward(forged[-1])
+            forward("{")
+
+    with window(browser, server) as page:
+        answers: list[str] = []
+
+        def note(message: Message, forward: Pass) -> None:
+            if isinstance(message, str) and '"problem"' in message:
+                answers.append(json.loads(message)["message"])
+            forward(message)
+
+        tamper(page, to_server=insert, to_page=note)
+        start(page, server)
+        press(page, (tiny.F,))
+        expect(page.locator("#status")).to_contain_text(
+            "That was not possible: episode 'forged': this stream has no such open"
+        )
+        assert len(forged) == 5
+        assert len(answers) == 5  # the repeated key is answered by its state
+        for part in ("step 7", "'forged'", "action is '9'", "'fly'", "not JSON"):
+            assert any(part in answer for answer in answers), answers
+        press(page, tiny.ACTIONS[1:3], first=1)
+        expect(page.locator("#status")).to_be_hidden()
+        expect(page.locator("#outcome")).to_have_text("You picked up: striped red mug")
+
+
+def test_a_thousand_keys_in_one_moment_are_two_steps(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        start(page, server)
+        page.evaluate("""() => {
+            for (let i = 0; i < 1000; i++) {
+                document.body.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowLeft", bubbles: true }));
+            }
+        }""")
+        drawn(page, 2)
+        press(page, (tiny.R,), first=2)
+        expect(page.locator("#steps")).to_have_text("17")
+        expect(page.locator("#heading")).to_have_text("330° from the start of this part")
+
+
+def test_a_frame_that_arrives_after_the_next_key_is_not_shown(browser: Browser, server: PageServer) -> None:
+    late: list[Message] = []
+
+    def delay(message: Message, forward: Pass) -> None:
+        if isinstance(message, bytes) and message[0] == 1:
+            late.append(message)
+            return
+        forward(message)
+        if isinstance(message, bytes) and message[0] == 2:
+            forward(late[0])
+
+    with window(browser, server) as page:
+        tamper(page, to_page=delay)
+        start(page, server)
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("#steps")).to_have_text("19")
+        page.keyboard.press("ArrowRight")
+        drawn(page, 2)
+        shown = page.evaluate(PIXELS)
+        press(page, (tiny.L, tiny.R), first=2)
+        assert len(late) == 1
+        assert page.evaluate(PIXELS) == shown
+
+
+def test_a_half_open_connection_is_left_and_the_key_counts_once(browser: Browser, server: PageServer) -> None:
+    is_open = True
+
+    def keys(message: Message, forward: Pass) -> None:
+        nonlocal is_open
+        if json.loads(message)["type"] == "hello":
+            is_open = True
+        forward(message)
+        if '"step":1' in str(message).replace(" ", ""):
+            is_open = False  # The key arrives, but no answer, and nobody closes the connection.
+
+    with window(browser, server, losing=True) as page:
+        page.clock.install()
+        tamper(page, to_server=keys, to_page=lambda message, forward: forward(message) if is_open else None)
+        start(page, server)
+        press(page, (tiny.F,))
+        page.keyboard.press("ArrowUp")
+        for _ in range(100):
+            page.clock.fast_forward(11_000)
+            if page.locator("html").get_attribute("data-drawn") == "0 2":
+                break
+            page.wait_for_timeout(50)
+        drawn(page, 2)
+        press(page, (tiny.P,), first=2)
+        expect(page.locator("#outcome")).to_have_text("You picked up: striped red mug")
+
+
+def test_a_run_that_ended_elsewhere(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        start(page, server)
+        press(page, (tiny.F,))
+        run = page.evaluate("JSON.parse(localStorage.getItem('arramon-play')).current.en")
+        done = forked.run("runs", "cancel", run, "--data", server.data)
+        assert done.returncode == 0, done.stderr
+        expect(page.locator("#status")).to_contain_text("The run has ended.", timeout=30_000)
+        expect(page.locator("#start")).to_be_visible()
+        page.reload()
+        expect(page.locator("#start")).to_be_visible()
+        start(page, server)
+
+
+def test_a_forged_run_is_refused_and_forgotten(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        page.goto(f"{server.site}/en/play")
+        page.evaluate("""() => localStorage.setItem("arramon-play", JSON.stringify({
+            player: "<b>", runs: "none", current: { en: "f".repeat(32) },
+        }))""")
+        page.reload()
+        expect(page.locator("#status")).to_contain_text("The server does not know this run, or it is not yours:")
+        start(page, server)
+        press(page, (tiny.F,))
