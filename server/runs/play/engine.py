@@ -170,11 +170,28 @@ class Engine:
             self._sweep()
             self._apply()
             self._open()
-            for stream in list(self._streams):
-                self._deliver(stream)
-                await asyncio.sleep(0)
+            await self._deliver_in_turn()
             if not self._is_busy():
                 await self._work.wait()
+
+    async def _deliver_in_turn(self) -> None:
+        """Give each stream its turn: people first, then agents until a person has sent something meanwhile.
+
+        At least one agent gets its turn, and those that had theirs come last in the next round, so that none starves.
+        """
+        people = [stream for stream in self._streams if stream.is_interactive]
+        for stream in people:
+            self._deliver(stream)
+            await asyncio.sleep(0)
+        for stream in [stream for stream in self._streams if not stream.is_interactive]:
+            had_events = is_deliverable(stream)
+            self._deliver(stream)
+            await asyncio.sleep(0)
+            if people and had_events and stream in self._streams:
+                self._streams.remove(stream)
+                self._streams.append(stream)
+                if any(person.is_ready for person in people):
+                    return
 
     def stop(self) -> None:
         """Close all streams without an error, free their episodes for other processes, and close the worlds."""

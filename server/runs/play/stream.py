@@ -81,6 +81,7 @@ class Stream:
         history: whether the agent needs every observation of an open episode, from the first one on.
         adopt: whether to take over at once the episodes that other players left open.
         transport: encodes and sends the events.
+        is_interactive: whether a person waits for each answer: it is served before the streams of agents.
         clock: clock of its episodes; None if the run has no time limits.
         inbox: received messages of actions, oldest first; `receive` adds to them.
         due: time by `time.monotonic` at which they are applied even if few have arrived.
@@ -101,6 +102,7 @@ class Stream:
     history: bool
     adopt: bool
     transport: Transport
+    is_interactive: bool = False
     clock: StreamClock | None = None
     inbox: deque[ActionBatch] = field(default_factory=deque)
     due: float = 0.0

@@ -4,7 +4,7 @@ import asyncio
 import json
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -44,7 +44,25 @@ FRAME_HEADER = struct.Struct("<I")
 LOOK = 1 << 31
 """Bit of the header that marks a view in another heading."""
 
+FIRST_GUESS = 6
+"""Pixels per byte of a frame, before the first one is compressed."""
+
 Message = str | bytes
+
+
+@dataclass(frozen=True, slots=True)
+class _PendingFrame:
+    """A frame that is being compressed.
+
+    Attributes:
+        header: the number before the JPEG.
+        encoding: completes the compression.
+        expected_bytes: size of the JPEG that the backlog assumes until it is known.
+    """
+
+    header: int
+    encoding: Encoding
+    expected_bytes: int
 
 
 class PageSender:
@@ -78,8 +96,9 @@ class PageSender:
         self._aids = Aids.of_run(run)
         self._actions_of = actions_of
         self._texts = texts
-        self._outbox: asyncio.Queue[Message | ArraMonError | None] = asyncio.Queue()
+        self._outbox: asyncio.Queue[Message | _PendingFrame | ArraMonError | None] = asyncio.Queue()
         self._backlog = 0
+        self._frame_bytes = image_size * image_size // FIRST_GUESS
         self._states: dict[str, State] = {}
         self._outcomes: dict[str, str] = {}
         self._shown: Observed | None = None
@@ -113,8 +132,7 @@ class PageSender:
                 continue
             self.put(self._message(event))
             if isinstance(event, Observed) and event.frame is not None:
-                (jpeg,) = (event.encoding or partial(_jpeg, event.frame))()
-                self._queue(FRAME_HEADER.pack(event.state.step) + jpeg)
+                self._queue_frame(event.state.step, event.encoding or partial(_jpeg, event.frame))
 
     def put(self, message: dict[str, Any]) -> None:
         """Queue a message that is no event."""
@@ -140,9 +158,8 @@ class PageSender:
         if self._backlog > MAX_BACKLOG:
             raise Unavailable(f"{self._backlog} bytes wait to be read; read them before you look again")
         frame = shown.world.render(_turned(shown.state, degrees), self._size)
-        (jpeg,) = _jpeg(frame)
         self.put({"type": "look", "episode": episode_id, "step": step, "degrees": degrees})
-        self._queue(FRAME_HEADER.pack(step | LOOK) + jpeg)
+        self._queue_frame(step | LOOK, self._threads.begin(partial(_jpeg, frame)))
 
     def close(self, error: ArraMonError | None) -> None:
         """Queue the end of the stream."""
@@ -157,11 +174,21 @@ class PageSender:
         message = await self._outbox.get()
         if isinstance(message, ArraMonError):
             raise message
+        if isinstance(message, _PendingFrame):
+            (jpeg,) = await asyncio.to_thread(message.encoding)
+            self._backlog += len(jpeg) - message.expected_bytes
+            self._frame_bytes = len(jpeg)
+            return FRAME_HEADER.pack(message.header) + jpeg
         return message
 
     def note_sent(self, message: Message) -> None:
         """Take a message that has left the server off the backlog."""
         self._backlog -= len(message)
+
+    def _queue_frame(self, header: int, encoding: Encoding) -> None:
+        """Queue a frame that the threads still compress, so that the engine need not wait for it."""
+        self._backlog += FRAME_HEADER.size + self._frame_bytes
+        self._outbox.put_nowait(_PendingFrame(header, encoding, self._frame_bytes))
 
     def _queue(self, message: Message) -> None:
         self._backlog += len(message)

@@ -139,6 +139,7 @@ class PlaySocket:
             history=False,
             adopt=True,
             transport=sender,
+            is_interactive=True,
         )
         return stream, sender
 
