@@ -67,3 +67,6 @@ class Aids:
     def named(self) -> dict[str, bool]:
         """Return whether each aid is given, by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+NO_AIDS = Aids()

@@ -20,7 +20,7 @@ from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.run_activity import RunActivity
 from arramon_server.sim.rules import Limits
-from arramon_server.web.play.aids import Aids
+from arramon_server.web.play.aids import NO_AIDS, Aids
 from arramon_server.web.play.people_runs import PeopleRuns
 from arramon_server.web.play.played_scores import PlayedScores
 from arramon_server.web.play.practice_split import PRACTICE, practice_split
@@ -54,7 +54,7 @@ class Practice:
         aids: aids of the host's new runs. The landing diagram, which teaches where things land, is added.
     """
 
-    def __init__(self, camera: str, threads: ImageThreads, renderer: Renderer, aids: Aids) -> None:
+    def __init__(self, camera: str, threads: ImageThreads, renderer: Renderer, aids: Aids = NO_AIDS) -> None:
         self._camera = camera
         self._threads = threads
         self._renderer = renderer

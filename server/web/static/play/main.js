@@ -163,6 +163,7 @@ for (const button of document.querySelectorAll("[data-command]")) {
   button.addEventListener("click", commands[button.dataset.command]);
 }
 
+element("describe").hidden = element("swipes").hidden = false; // other pages with the game have neither
 function useSwipes() {
   document.querySelector(".frame").classList.toggle("swiped", memory.swipes);
   element("swipes").querySelector("input").checked = memory.swipes;

@@ -37,7 +37,7 @@ export class View {
     element("instruction").lang = run.language;
     element("look").hidden = !run.aids.look_around;
     element("zoom").hidden = !run.aids.zoom;
-    element("names").hidden = !run.aids.pictured_names;
+    element("names")?.toggleAttribute("hidden", !run.aids.pictured_names); // other pages with the game have none
     for (const one of document.querySelectorAll(".ahead")) one.hidden = !run.aids.ahead;
     if (!run.aids.zoom) this.zoom(false);
     this.progress(run.ended, run.episodes);
