@@ -19,7 +19,7 @@ def test_the_page_is_served_until_ctrl_c(tmp_path: Path) -> None:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     arguments = ["play", "--lang", "hi", "--data", str(tmp_path), "--port", str(port), "--no-browser"]
-    process = ForkedClient([*arguments, "--landing-diagram"])
+    process = ForkedClient([*arguments, "--landing-diagram", "--aid", "pictured-names", "--aid", "look-around"])
     line = next(line for line in process.stdout if line.startswith("play at "))
     address = line.split()[-1]
     assert address == f"http://127.0.0.1:{port}/hi/play"

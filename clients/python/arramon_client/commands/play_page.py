@@ -17,6 +17,9 @@ LANGUAGES = ("en", "hi")
 PORT = 50552
 """Default port of the page. It stays the same, as browsers keep the run in play under the page's address."""
 
+AIDS = ("frame-strip", "compass", "look-around", "zoom", "pictured-names", "ahead", "scene-words")
+"""Aids for people besides the landing diagram."""
+
 LOOK_SECONDS = 1.0
 """Interval at which the server is restarted if it has died."""
 
@@ -36,6 +39,13 @@ def main(argv: Sequence[str]) -> int:
         "--port", type=int, default=PORT, metavar="N", help="port of the page on this machine (default: %(default)s)"
     )
     parser.add_argument("--landing-diagram", action="store_true", help="show where the object would be placed")
+    parser.add_argument(
+        "--aid",
+        action="append",
+        default=[],
+        choices=AIDS,
+        help="give an aid for people, as the server's setting play_... does; repeat for more",
+    )
     parser.add_argument("--no-browser", action="store_true", help="print the address, and open no browser")
     return run(parser, argv, _main)
 
@@ -45,6 +55,7 @@ def _main(options: argparse.Namespace) -> None:
         raise UsageError(f"--port is {options.port}, expected 1 to 65535")
     more = ["--web", f"127.0.0.1:{options.port}", "--play-page"]
     more += ["--play-landing-diagram"] if options.landing_diagram else []
+    more += [f"--play-{aid}" for aid in options.aid]
     with embedded_for_play(options.data, _say, more=more) as server:
         if not server.pages:
             raise EmbeddedServerError("the embedded server serves no pages; install a release that has the play page")
