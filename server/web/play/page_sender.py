@@ -178,7 +178,7 @@ class PageSender:
             (jpeg,) = await asyncio.to_thread(message.encoding)
             self._backlog += len(jpeg) - message.expected_bytes
             self._frame_bytes = len(jpeg)
-            return FRAME_HEADER.pack(message.header) + jpeg
+            return FRAME_HEADER.pack(message.header) + bytes(jpeg)
         return message
 
     def note_sent(self, message: Message) -> None:

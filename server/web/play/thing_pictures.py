@@ -137,4 +137,5 @@ def _smaller(rgb: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     block = max(1, rgb.shape[0] // MOST_PIXELS)
     side = rgb.shape[0] // block
     blocks = rgb[: side * block, : side * block].reshape(side, block, side, block, 3)
-    return np.rint(blocks.mean(axis=(1, 3))).astype(np.uint8)
+    smaller: npt.NDArray[np.uint8] = np.rint(blocks.mean(axis=(1, 3))).astype(np.uint8)
+    return smaller
