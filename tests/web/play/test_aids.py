@@ -150,7 +150,10 @@ def test_visible_things_are_sorted_by_side_and_distance() -> None:
         VisibleThing("left", LABELS[bench], 4),
         VisibleThing("right", LABELS[mug], 9),
     ]
-    steps = [thing.steps for thing in visible_things(Frame(np.zeros(0), depth, segmentation), is_room=True)]
+    steps = [
+        thing.steps
+        for thing in visible_things(Frame(np.zeros((448, 448, 3), np.uint8), depth, segmentation), is_room=True)
+    ]
     assert steps == [1, 3, 6]
 
 
