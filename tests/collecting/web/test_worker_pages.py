@@ -122,7 +122,8 @@ def test_a_request_without_the_pages_value_changes_nothing(site: CollectingSite)
     for name in ("take", "return", "leave", "forget", "contact", "consent"):
         assert browser.post(f"{HOME}{name}", stage="write", sure="yes").status == 403
     browser.csrf = good
-    assert browser.post(f"{HOME}leave", headers={"Origin": "https://evil.example"}).status == 403
+    browser.origin = "https://evil.example"
+    assert browser.post(f"{HOME}leave").status == 403
     assert site.field.store.workers.get(worker_id).state == "active"
     assert site.field.store.tasks.all_of(worker_id) == []
 
@@ -208,12 +209,14 @@ def test_deleting_ones_data(site: CollectingSite) -> None:
 
 def test_hosts_sign_in_with_a_token(site: CollectingSite) -> None:
     browser = site.browser()
-    origin = {"Origin": f"http://127.0.0.1:{site.site.port}"}
+    browser.origin = f"http://127.0.0.1:{site.site.port}"
     assert browser.get(f"{HOME}host").status == 200
-    assert browser.post(f"{HOME}host", headers=origin, token="wrong").status == 401
-    assert browser.post(f"{HOME}host", headers=origin, token="token-of-a-participant").status == 403
-    assert browser.post(f"{HOME}host", headers={"Origin": "https://evil.example"}, token=HOST_TOKEN).status == 403
-    assert browser.post(f"{HOME}host", headers=origin, token=HOST_TOKEN).location == f"{HOME}review"
+    assert browser.post(f"{HOME}host", token="wrong").status == 401
+    assert browser.post(f"{HOME}host", token="token-of-a-participant").status == 403
+    browser.origin, good = "https://evil.example", browser.origin
+    assert browser.post(f"{HOME}host", token=HOST_TOKEN).status == 403
+    browser.origin = good
+    assert browser.post(f"{HOME}host", token=HOST_TOKEN).location == f"{HOME}review"
     assert browser.get(HOME).location == f"{HOME}review"
     assert [worker.role for worker in site.field.store.workers.all("col")] == ["host"]
 
