@@ -3,8 +3,8 @@
 import argparse
 import os
 import sys
-from pathlib import Path
 
+from arramon_collecting.commands.base_split import read_base_split
 from arramon_collecting.settings import Settings, settings_in_file
 from arramon_collecting.storage.records import HOST, REVIEW_KIND, WRITE_KIND
 from arramon_collecting.storage.store import Store
@@ -13,7 +13,7 @@ from arramon_lang import UnknownLanguage, load
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import settings_file
-from arramon_server.episodes.splits import Split, check_split, read_split, split_folder, split_folders
+from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput, NotFound
 
 MAX_LINKS = 10_000
@@ -24,7 +24,7 @@ def create(arguments: argparse.Namespace) -> None:
     """Create a collection; one of the kind "review" with the texts of a split."""
     config: Config = arguments.settings
     is_review = arguments.review is not None
-    split = _read(config.data, arguments.review if is_review else arguments.split)
+    split = read_base_split(config.data, arguments.review if is_review else arguments.split)
     name = arguments.name or (f"review-{split.name}-{arguments.lang}".replace(".", "-").lower() if is_review else None)
     if name is None:
         raise BadInput(
@@ -100,11 +100,6 @@ def _settings(arguments: argparse.Namespace, name: str) -> Settings:
         return settings_in_file(arguments.settings_file)
     file = settings_file(vars(arguments), os.environ)
     return settings_in_file(file, name) if file is not None else Settings()
-
-
-def _read(data: Path, name: str) -> Split:
-    check_split({folder.name: None for folder in split_folders(data)}, name)  # type: ignore[arg-type]
-    return read_split(split_folder(data, name))
 
 
 def _check_language(code: str, split: Split, *, is_review: bool) -> None:

@@ -5,14 +5,14 @@ import csv
 import sys
 from collections.abc import Iterable, Sequence
 
+from arramon_collecting.commands.base_split import read_base_split
 from arramon_collecting.export.exporter import export_collection
 from arramon_collecting.settings import decimal_amount
 from arramon_collecting.storage.store import Store
 from arramon_server.commands.journal import open_journal
 from arramon_server.commands.split_description import describe_split
 from arramon_server.configuration.config import Config
-from arramon_server.episodes.splits import read_split, split_folder, split_folders
-from arramon_server.errors import BadInput, NotFound
+from arramon_server.errors import BadInput
 
 LEDGER_COLUMNS = ("worker", "external_id", "kind", "subject", "amount", "currency", "date")
 VISIT_COLUMNS = (
@@ -30,9 +30,7 @@ def export(arguments: argparse.Namespace) -> None:
     with open_journal(config, read_only=True) as database:
         store = Store(database)
         collection = store.collections.get(arguments.name)
-        if collection.split not in {folder.name for folder in split_folders(config.data)}:
-            raise NotFound(f"there is no split {collection.split!r} in {config.data}, for which the texts were written")
-        base = read_split(split_folder(config.data, collection.split))
+        base = read_base_split(config.data, collection.split)
         made = export_collection(store, collection, base, config.data, name)
     print(describe_split(made.split))
     print(made.folder / "collection.json")

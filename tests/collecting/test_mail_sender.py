@@ -1,7 +1,8 @@
 """Mails by a real SMTP server on this machine: sent once, kept while the server is away, given up when refused."""
 
+from asyncio.base_events import Server
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from datetime import timedelta
 from email import message_from_bytes, policy
 from email.message import EmailMessage
@@ -45,17 +46,26 @@ class LocalServer(Controller):
     """An SMTP server on a free port, which is known once it listens."""
 
     def _trigger_server(self) -> None:
+        assert isinstance(self.server, Server)
         self.port = self.server.sockets[0].getsockname()[1]
-        super()._trigger_server()
+        super()._trigger_server()  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def serving(port: int = 0) -> Iterator[Controller]:
+    """Run an SMTP server, on a free port."""
+    controller = LocalServer(Inbox(), hostname="127.0.0.1", port=port)
+    controller.start()
+    try:
+        yield controller
+    finally:
+        controller.stop()
 
 
 @pytest.fixture
 def smtp() -> Iterator[Controller]:
-    """An SMTP server on a free port."""
-    controller = LocalServer(Inbox(), hostname="127.0.0.1", port=0)
-    controller.start()
-    yield controller
-    controller.stop(no_assert=True)
+    with serving() as controller:
+        yield controller
 
 
 def field(folder: Path, port: int, **further: object) -> Field:
@@ -95,9 +105,9 @@ def test_a_mail_is_sent_once_in_the_workers_language(tmp_path: Path, smtp: Contr
         assert (mail.state, mail.recipient, mail.body) == (SENT, "", "")
 
 
-def test_a_mail_waits_while_the_server_is_away(tmp_path: Path, smtp: Controller) -> None:
-    port = smtp.port
-    smtp.stop()
+def test_a_mail_waits_while_the_server_is_away(tmp_path: Path) -> None:
+    with serving() as gone:
+        port = gone.port
     with closing((made := field(tmp_path, port)).database):
         queued(made)
         sender = MailSender(made.store)
@@ -106,12 +116,8 @@ def test_a_mail_waits_while_the_server_is_away(tmp_path: Path, smtp: Controller)
         assert "refused" in made.store.mail.all("col")[0].problem.lower()
         assert not sender.send_next()  # not before the pause is over
         made.clock.now += FIRST_PAUSE
-        again = Controller(Inbox(), hostname="127.0.0.1", port=port)
-        again.start()
-        try:
+        with serving(port) as again:
             assert MailSender(made.store).send_next()  # as after a restart
-        finally:
-            again.stop()
         assert state(made) == (SENT, 2)
         assert len(again.handler.messages) == 1
 

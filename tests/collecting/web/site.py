@@ -122,7 +122,10 @@ class Browser:
         return answer
 
     def post(self, path: str, **fields: str) -> Answer:
-        body = urlencode({"csrf": self.csrf} | fields).encode()
+        return self.send(path, urlencode({"csrf": self.csrf} | fields).encode())
+
+    def send(self, path: str, body: bytes) -> Answer:
+        """Send a form as it is given."""
         headers = {"Content-Type": "application/x-www-form-urlencoded"}
         return self._request("POST", path, body, headers | ({"Origin": self.origin} if self.origin else {}))
 
