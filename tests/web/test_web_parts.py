@@ -57,7 +57,7 @@ def test_a_folder_has_templates_and_static_files_of_its_own(tmp_path: Path) -> N
         (tmp_path / name).write_text(content)
     renderer = Renderer()
     renderer.add_folder("own", tmp_path)
-    page = renderer.page("own/page.html", all_texts()["en"], "/", {}).decode()
+    shown = renderer.page("own/page.html", all_texts()["en"], "/", {}).decode()
     (address,) = [name for name in renderer.files if name.startswith("own.")]
-    assert f"/static/{address}" in page
+    assert f"/static/{address}" in shown
     assert renderer.files[address] == (b"p { color: red; }", "text/css")
