@@ -29,6 +29,9 @@ COMMON_SETTINGS = ("data", "journal", "log", "log_format")
 _KUBERNETES_VARIABLE = re.compile(r"ARRAMON_(\w+_)?(SERVICE_HOST|SERVICE_PORT(_\w+)?|PORT(_\d+_\w+)?)")
 """Names of variables that Kubernetes sets in every pod of a namespace with a service setting arramon."""
 
+PACKAGE_TABLES = frozenset(("collections",))
+"""Tables of the settings file that commands of other packages read, such as `[collections.NAME]`."""
+
 _PREFIX = "setting:"
 """Prefix of settings among parsed arguments, so that they never clash with a command's own arguments."""
 
@@ -93,9 +96,9 @@ def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str])
     Raises:
         BadInput: if a setting does not exist, is out of range, or contradicts another; the message names its source.
     """
-    file = arguments.get("config") or environ.get(CONFIG)
+    file = settings_file(arguments, environ)
     given: dict[str, tuple[str, str]] = {}
-    for source in (_of_file(Path(file)) if file else (), _of_environment(environ), _of_flags(arguments)):
+    for source in (_of_file(file) if file else (), _of_environment(environ), _of_flags(arguments)):
         given.update({name: (text, origin) for name, text, origin in source})
     values = {name: SETTINGS[name].parse(text, origin) for name, (text, origin) in given.items()}
     origins = {name: origin for name, (_, origin) in given.items()}
@@ -104,6 +107,12 @@ def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str])
     except ContradictorySettings as error:
         where = [f"{name}: {origins[name]}" for name in error.names if name in origins]
         raise BadInput(f"{error} ({'; '.join(where)})") from error
+
+
+def settings_file(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> Path | None:
+    """Return the path of the settings file; None if none is named."""
+    file = arguments.get("config") or environ.get(CONFIG)
+    return Path(file) if file else None
 
 
 def wants_json(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> bool:
@@ -118,9 +127,9 @@ def wants_json(arguments: Mapping[str, Any], environ: Mapping[str, str]) -> bool
     given = arguments.get(f"{_PREFIX}log_format", environ.get(SETTINGS["log_format"].variable))
     if given is not None:
         return bool(given == "json")
-    file = arguments.get("config") or environ.get(CONFIG)
+    file = settings_file(arguments, environ)
     try:
-        return any(name == "log_format" and text == "json" for name, text, _ in (_of_file(Path(file)) if file else ()))
+        return any(name == "log_format" and text == "json" for name, text, _ in (_of_file(file) if file else ()))
     except BadInput:
         return False
 
@@ -149,6 +158,8 @@ def _of_file(path: Path) -> Iterator[tuple[str, str, str]]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise BadFile(path, f"is not TOML: {error}") from error
     for name, value in content.items():
+        if name in PACKAGE_TABLES and isinstance(value, Mapping):
+            continue
         if name not in SETTINGS or SETTINGS[name].description.internal:
             raise BadFile(path, f"there is no setting {name!r}{_suggestion(name)}")
         yield name, as_text(value), f"{name} in {path}"

@@ -141,6 +141,15 @@ def test_every_setting_is_read_from_a_file(tmp_path: Path) -> None:
     assert load(ARRAMON_CONFIG=str(file)).config == expected
 
 
+def test_tables_of_other_packages_are_left_to_them(tmp_path: Path) -> None:
+    file = tmp_path / "arramon.toml"
+    file.write_text("steps = 7\n[collections.street]\nverifiers = 2\n")
+    assert load_configuration({"config": str(file)}, {}).config == Config(steps=7)
+    file.write_text("collections = 3\n")
+    with pytest.raises(BadInput, match="there is no setting 'collections'"):
+        load_configuration({"config": str(file)}, {})
+
+
 def test_flags_override_the_environment_which_overrides_the_file(tmp_path: Path) -> None:
     file = tmp_path / "a.toml"
     file.write_text("steps = 1\nruns_per_day = 1\nruns_in_all = 1")

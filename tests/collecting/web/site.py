@@ -71,7 +71,7 @@ class CollectingSite:
 
     def invited(self, **values: str) -> tuple["Browser", str]:
         """Return a browser in which a new worker has opened the personal link, and the worker's id."""
-        worker, key = self.field.store.workers.invite(self.field.collection, **values)  # type: ignore[arg-type]
+        worker, key = self.field.store.workers.invite(self.field.collection, **values)
         browser = self.browser()
         assert browser.get(f"/en/collect/col/join?key={key}").status == 303
         return browser, worker.worker_id
@@ -113,7 +113,7 @@ class Browser:
         self.port = port
         self.cookies: dict[str, str] = {}
         self.csrf = ""
-        self.set_cookie = ""
+        self.set_cookie = self.origin = ""
 
     def get(self, path: str, **headers: str) -> Answer:
         answer = self._request("GET", path, None, headers)
@@ -121,10 +121,13 @@ class Browser:
             self.csrf = found[1]
         return answer
 
-    def post(self, path: str, *, headers: dict[str, str] | None = None, **fields: str) -> Answer:
-        body = urlencode({"csrf": self.csrf} | fields).encode()
-        form = {"Content-Type": "application/x-www-form-urlencoded"}
-        return self._request("POST", path, body, form | (headers or {}))
+    def post(self, path: str, **fields: str) -> Answer:
+        return self.send(path, urlencode({"csrf": self.csrf} | fields).encode())
+
+    def send(self, path: str, body: bytes) -> Answer:
+        """Send a form as it is given."""
+        headers = {"Content-Type": "application/x-www-form-urlencoded"}
+        return self._request("POST", path, body, headers | ({"Origin": self.origin} if self.origin else {}))
 
     def _request(self, method: str, path: str, body: bytes | None, headers: dict[str, str]) -> Answer:
         if self.cookies:

@@ -7,6 +7,7 @@ import pytest
 
 from arramon_collecting.storage.records import FORGOTTEN, LEFT, OPEN, RETURNED
 from tests.collecting.collecting import TEXTS
+from tests.collecting.storage.test_faults import full_disk
 from tests.collecting.web.site import CONSENT, HOST_TOKEN, CollectingSite
 
 HOME = "/en/collect/col/"
@@ -122,7 +123,8 @@ def test_a_request_without_the_pages_value_changes_nothing(site: CollectingSite)
     for name in ("take", "return", "leave", "forget", "contact", "consent"):
         assert browser.post(f"{HOME}{name}", stage="write", sure="yes").status == 403
     browser.csrf = good
-    assert browser.post(f"{HOME}leave", headers={"Origin": "https://evil.example"}).status == 403
+    browser.origin = "https://evil.example"
+    assert browser.post(f"{HOME}leave").status == 403
     assert site.field.store.workers.get(worker_id).state == "active"
     assert site.field.store.tasks.all_of(worker_id) == []
 
@@ -208,12 +210,14 @@ def test_deleting_ones_data(site: CollectingSite) -> None:
 
 def test_hosts_sign_in_with_a_token(site: CollectingSite) -> None:
     browser = site.browser()
-    origin = {"Origin": f"http://127.0.0.1:{site.site.port}"}
+    browser.origin = f"http://127.0.0.1:{site.site.port}"
     assert browser.get(f"{HOME}host").status == 200
-    assert browser.post(f"{HOME}host", headers=origin, token="wrong").status == 401
-    assert browser.post(f"{HOME}host", headers=origin, token="token-of-a-participant").status == 403
-    assert browser.post(f"{HOME}host", headers={"Origin": "https://evil.example"}, token=HOST_TOKEN).status == 403
-    assert browser.post(f"{HOME}host", headers=origin, token=HOST_TOKEN).location == f"{HOME}review"
+    assert browser.post(f"{HOME}host", token="wrong").status == 401
+    assert browser.post(f"{HOME}host", token="token-of-a-participant").status == 403
+    browser.origin, good = "https://evil.example", browser.origin
+    assert browser.post(f"{HOME}host", token=HOST_TOKEN).status == 403
+    browser.origin = good
+    assert browser.post(f"{HOME}host", token=HOST_TOKEN).location == f"{HOME}review"
     assert browser.get(HOME).location == f"{HOME}review"
     assert [worker.role for worker in site.field.store.workers.all("col")] == ["host"]
 
@@ -234,3 +238,42 @@ def test_every_page_is_rendered_in_every_language(site: CollectingSite, language
         assert f'<html lang="{language}"' in answer.text
         assert answer.headers["cache-control"] == "no-store"
     assert browser.get(f"{home}join?key=no").status == 403
+
+
+def test_a_full_disk_is_said_in_plain_words(site: CollectingSite) -> None:
+    """Joining writes a row of its own, so that the file has to grow at some time."""
+    _, key = site.field.store.workers.invite(site.field.collection)
+    with full_disk(site.field.database):
+        answers = [site.browser().get(f"{HOME}join?key={key}") for _ in range(25)]
+    assert answers[-1].status == 503
+    assert "The server cannot save anything at present" in answers[-1].text
+    assert answers[-1].headers["retry-after"] == "5"
+    assert site.browser().get(f"{HOME}join?key={key}").status == 303
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (b"x" * 400_000, "the request has more than 327680 bytes"),
+        ("csrf=\N{WAVING HAND SIGN}".encode(), "the form is malformed"),
+        (b"&".join(b"a=%d" % number for number in range(200)), "the form is malformed"),
+        (b"csrf=%00%ff", "does not come from a page"),
+    ],
+)
+def test_bodies_that_no_page_sends_are_refused(site: CollectingSite, body: bytes, message: str) -> None:
+    browser, worker_id = site.consented()
+    answer = browser.send(f"{HOME}take", body)
+    assert answer.status in (400, 403)
+    assert message in answer.text
+    assert site.field.store.tasks.all_of(worker_id) == []
+
+
+@pytest.mark.parametrize("email", ["a@b", "a@c.org\r\nBcc: x@y.org", "\u202ea@c.org", "a" * 400 + "@c.org"])
+def test_wrong_addresses_are_refused_before_anything_is_recorded(site: CollectingSite, email: str) -> None:
+    browser, worker_id = site.invited()
+    browser.get(HOME)
+    hashed = site.field.collection.consent_hash
+    answer = browser.post(f"{HOME}consent", **CONSENT, consent_hash=hashed, email=email)
+    assert answer.status == 400
+    assert "the mail address is" in answer.text
+    assert site.field.store.workers.get(worker_id).consented_at is None
