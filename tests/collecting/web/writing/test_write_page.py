@@ -28,6 +28,13 @@ def test_the_page_has_its_words_and_runs_nothing_inline(site: WriteSite, languag
     assert f'<textarea id="text" lang="{language}"' in answer.text
 
 
+def test_examples_are_in_the_language_that_is_written(site: WriteSite) -> None:
+    answer = site.writer("hi").get()
+    assert "How to write good instructions" in answer.text
+    assert "Write in this language: हिन्दी." in answer.text
+    assert '<p class="example" lang="hi">बिंदीदार भूरे टीवी को' in answer.text
+
+
 def test_nobody_else_sees_a_task(site: WriteSite, writer: Writer) -> None:
     other = site.writer()
     other.page = writer.page
