@@ -42,15 +42,20 @@ const drafts = new Drafts(server, settings.task, () => ({ position: walk.positio
   },
   waits: () => page.saved("unsaved"),
   unsaved: () => page.saved("not_saved"),
-  takenOver: () => {
-    text.readOnly = true;
-    page.status(words.taken_over, "again");
-  },
+  takenOver,
   refused: (error) => refuse(error),
 });
 
+// Another window writes this task now.
+function takenOver() {
+  drafts.stop();
+  text.readOnly = true;
+  page.status(words.taken_over, "again");
+}
+
 async function open() {
   let opened;
+  page.status(words.loading);
   try {
     opened = await drafts.open();
   } catch (error) {
@@ -60,14 +65,13 @@ async function open() {
     return;
   }
   const { draft, restored, aside } = opened;
-  const unsaved = drafts.revision && aside ? aside.texts : [];
+  const unsaved = aside ? aside.texts : [];
   typed = restored ? restored.texts : draft.texts;
   findings = draft.findings;
   Object.assign(evidence.counts, draft.evidence);
-  page.aside(unsaved.filter((one) => one && !draft.texts.includes(one.normalize("NFC").trim())));
-  page.status("");
+  page.aside(unsaved.filter((one) => one && !draft.texts.includes(one)));
   text.readOnly = false;
-  await walk.start(restored ? restored.position : draft.position);
+  await walk.start(restored?.position || draft.position);
   enterPart();
   if (restored) drafts.change();
 }
@@ -149,8 +153,9 @@ async function submit() {
       const blocked = parts.findIndex((_, i) => findings[i].some(({ severity }) => severity === "blocked"));
       if (blocked >= 0 && blocked !== walk.part) walk.enter(blocked); else enterPart();
       page.status(words.mend_first);
-    } else if (error.status && !error.isTemporary) refuse(error);
-    else page.status(words.not_submitted);
+    } else if (error.status === 409 && error.answer.newer) takenOver();
+    else if (error.status && !error.isTemporary) refuse(error);
+    else { page.status(words.not_submitted); drafts.change(); }
   }
 }
 

@@ -1,5 +1,6 @@
 """The write page's requests on a real server: views, drafts by revision, submissions that count once, bad input."""
 
+import resource
 from contextlib import closing
 from pathlib import Path
 
@@ -118,6 +119,21 @@ def test_drafts_survive_a_killed_server(tmp_path: Path) -> None:
         site.kill()
         site.start()
         assert writer.open(OTHER_EDITOR)["texts"] == list(TEXTS)
+    assert site.stop() == 0
+
+
+def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
+    site = WriteSite(tmp_path)
+    with closing(site.database):
+        writer = site.writer()
+        writer.open()
+        resource.prlimit(site.process.pid, resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
+        refused = [writer.post("/draft", writer.written(revision=1)), writer.submit()]
+        assert [answer.status for answer in refused] == [503, 503]
+        resource.prlimit(site.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+        assert writer.post("/draft", writer.written(revision=1)).json["revision"] == 2
+        assert writer.submit().status == 200
+        assert site.store.ledger.total_of(writer.worker.worker_id) == 100
     assert site.stop() == 0
 
 

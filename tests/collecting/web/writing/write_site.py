@@ -83,9 +83,9 @@ class Writer:
         finally:
             connection.close()
 
-    def written(self, texts: tuple[str, ...] = TEXTS, at: str = DONE_AT, **more: object) -> dict[str, Any]:
+    def written(self, texts: tuple[str, ...] = TEXTS, **more: object) -> dict[str, Any]:
         """What a page sends of a task."""
-        return {"editor": EDITOR, "position": at, "texts": list(texts), "evidence": {}, **more}
+        return {"editor": EDITOR, "position": DONE_AT, "texts": list(texts), "evidence": {}, **more}
 
     def open(self, editor: str = EDITOR) -> dict[str, Any]:
         answer = self.post("/open", {"editor": editor})
