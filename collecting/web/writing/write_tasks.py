@@ -174,7 +174,8 @@ class WriteTasks:
         if any(map(any_blocks, findings)):
             raise Blocked(findings)
         pairs = clean_instructions([texts[:2], texts[2:]], task.collection.settings.max_characters)
-        failures, evidence = task.as_failures(findings), dict(written.evidence)
+        failures = task.as_failures(findings)
+        evidence = {name: count for name, count in written.evidence.items() if count}
         self._store.submissions.submit_text(task.collection, task.task, submission, pairs, failures, evidence)
 
     def reason(self, task: OpenTask) -> str:
@@ -191,10 +192,8 @@ class WriteTasks:
         """Return what a page shows first: nothing, or the text that was sent back."""
         position, texts = begin(task.episode), ("",) * len(PARTS)
         if (earlier := self._sent_back(task.task)) is not None:
-            position, texts = (
-                replace(position, reached=DONE),
-                tuple(text for pair in earlier.instructions for text in pair),
-            )
+            position = replace(position, reached=DONE)
+            texts = tuple(text for pair in earlier.instructions for text in pair)
         return Written("", str(position), texts, dict.fromkeys(EVIDENCE, 0))
 
     def _sent_back(self, task: Task) -> Text | None:

@@ -33,7 +33,7 @@ const walk = new Walk(server, settings.size, {
   refused: (error) => refuse(error),
 });
 
-const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.report }), {
+const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.counts }), {
   saved: (answer) => {
     findings = answer.findings;
     page.saved("saved");
@@ -140,7 +140,7 @@ async function submit() {
   }
   element("submit").disabled = true;
   drafts.stop();
-  const content = { submission, editor: drafts.editor, position: walk.position, texts: typed, evidence: evidence.report };
+  const content = { submission, editor: drafts.editor, position: walk.position, texts: typed, evidence: evidence.counts };
   try {
     const answer = await server.post("submit", content);
     drafts.forget();

@@ -183,7 +183,7 @@ def test_a_submission_counts_once(site: WriteSite, writer: Writer) -> None:
         answer = writer.submit(typed, evidence={"pastes": 2})
         assert (answer.status, answer.json) == (200, {"next": f"/en/collect/{writer.collection.name}/"})
     (text,) = site.store.texts.all(writer.collection.name)
-    assert (text.state, text.evidence["pastes"]) == (VERIFYING, 2)
+    assert (text.state, text.evidence) == (VERIFYING, {"pastes": 2})
     assert [failure["severity"] for failure in text.failures] == ["hint"]
     assert text.instructions == ((TEXTS[0], TEXTS[1]), (TEXTS[2], TEXTS[3]))
     assert site.store.ledger.total_of(writer.worker.worker_id) == 100
