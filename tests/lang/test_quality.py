@@ -9,7 +9,8 @@ import pytest
 
 from arramon_lang.language import ROOT, UnknownLanguage, available
 from arramon_lang.meaning import Thing
-from arramon_lang.quality import BLOCKED, SUSPICIOUS, any_blocks, check, marks
+from arramon_lang.quality import BLOCKED, SUSPICIOUS, any_blocks, check
+from arramon_lang.quality_marks import marks
 from tests.release import VAL_SEEN, needs_release
 
 N, A = "navigation", "assembly"

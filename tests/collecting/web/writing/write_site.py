@@ -99,8 +99,8 @@ class Writer:
 class WriteSite(PageServer):
     """The server, and the storage that it uses."""
 
-    def __init__(self, data: Path, *more: str) -> None:
-        super().__init__(data, *more)
+    def __init__(self, data: Path, *more: str, environment: Mapping[str, str] | None = None) -> None:
+        super().__init__(data, *more, environment=environment)
         self.port = int(self.site.rpartition(":")[2])
         self.database = Database(f"sqlite:///{data / 'journal.db'}")
         self.store = Store(self.database)
