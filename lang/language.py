@@ -1,5 +1,6 @@
 """Public interface of the package: a language, loaded from its data folder."""
 
+import os
 from collections.abc import Callable
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
@@ -19,6 +20,9 @@ from arramon_lang.writing.writer import Writer
 
 ROOT = Path(__file__).parent
 """Folder that contains the languages' folders."""
+
+FURTHER = "ARRAMON_LANGUAGES"
+"""Environment variable that names a folder with the folders of further languages, found beside those of ROOT."""
 
 CACHED_READINGS = 64
 """Number of cached readings of texts."""
@@ -175,7 +179,18 @@ class Language:
 
 def available(root: Path = ROOT) -> tuple[str, ...]:
     """Return the codes of all languages, sorted: every folder with a `language.toml`."""
-    return tuple(sorted(path.parent.name for path in root.glob(f"*/{_ABOUT}")))
+    return tuple(sorted({path.parent.name for folder in _roots(root) for path in folder.glob(f"*/{_ABOUT}")}))
+
+
+def language_folder(code: str, root: Path = ROOT) -> Path:
+    """Return the folder of a language; the one in which it would be expected if there is none."""
+    folders = [folder / code for folder in _roots(root)]
+    return next((folder for folder in folders if (folder / _ABOUT).exists()), folders[0])
+
+
+def _roots(root: Path) -> tuple[Path, ...]:
+    further = os.environ.get(FURTHER, "") if root == ROOT else ""
+    return (root, Path(further)) if further else (root,)
 
 
 def required(root: Path = ROOT) -> tuple[str, ...]:
@@ -193,7 +208,7 @@ def load(code: str, root: Path = ROOT) -> Language:
     codes = available(root)
     if code not in codes:
         raise UnknownLanguage(f"no language {code!r}; there are {', '.join(codes)}")
-    return Language(root / code)
+    return Language(language_folder(code, root))
 
 
 def identify(text: str, root: Path = ROOT) -> str:

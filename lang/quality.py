@@ -14,7 +14,7 @@ from typing import Any
 
 from arramon_client.world import PHASES
 from arramon_lang.files import read_file
-from arramon_lang.language import ROOT, Language, load
+from arramon_lang.language import ROOT, Language, language_folder, load
 from arramon_lang.meaning import Thing
 from arramon_lang.tokens import PAUSES, SENTENCE_ENDS, strip_marks
 
@@ -57,7 +57,7 @@ class Failure:
         severity: BLOCKED or SUSPICIOUS.
         message: the words at fault, what is wrong with them, and what was expected.
         words: the words, symbols or letters at fault, normalised and case-folded; empty if the whole text is, or if
-            something is missing. `marks` finds them in the text.
+            something is missing. `quality_marks.marks` finds them in the text.
         expected: what was expected instead, in words of the language or a number; "" where the check alone says it.
     """
 
@@ -111,27 +111,6 @@ def check(
             )
         )
     return (*blocked, *_suspicious(text, words, rules, phase, spelt, target))
-
-
-def marks(text: str, failure: Failure, language: str, root: Path = ROOT) -> tuple[tuple[int, int], ...]:
-    """Return where the words at fault of a failure are in a text, as (start, end) in characters of `text`, in order.
-
-    Args:
-        text: the checked text, as given to `check`.
-        failure: one that `check` returned for it.
-        language: code of the language.
-        root: folder that contains the languages' folders.
-    """
-    tokens = [token for token in load(language, root).split(text) if _is_word(token.text)]
-    keys = [token.key for token in tokens]
-    found = set[tuple[int, int]]()
-    for words in map(str.split, failure.words):
-        runs = [start for start in range(len(keys)) if keys[start : start + len(words)] == words]
-        found |= {(tokens[start].start, tokens[start + len(words) - 1].end) for start in runs}
-        if not runs:  # A symbol, letters within a word, or words with hyphens.
-            pattern = r"\s+".join(map(re.escape, words))
-            found |= {match.span() for match in re.finditer(pattern, text, re.IGNORECASE)}
-    return tuple(sorted(found))
 
 
 def any_blocks(failures: Iterable[Failure]) -> bool:
@@ -208,7 +187,7 @@ class _Rules:
 @cache
 def _rules(code: str, root: Path) -> _Rules:
     language = load(code, root)
-    return _Rules(read_file(root / code, "quality"), language)
+    return _Rules(read_file(language_folder(code, root), "quality"), language)
 
 
 def _term(written: str, language: Language) -> _Term:

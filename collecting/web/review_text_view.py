@@ -77,7 +77,7 @@ def text_context(
         "agreement": None
         if agreement.path is None
         else {"path": score(t, agreement.path), "cell": percent(t, agreement.cell)},
-        "evidence": sorted((str(key), str(value)) for key, value in text.evidence.items()),
+        "evidence": sorted((t.named("collect_evidence", str(key)), str(value)) for key, value in text.evidence.items()),
         "may_decide": text.state == IN_REVIEW,
         "may_mend": text.state == IN_REVIEW and collection.kind == REVIEW_KIND,
         "accept_note": "keep" if text.worker_id is None or is_decided else "verify",

@@ -14,7 +14,8 @@ from arramon_dataset.world_check import absent_things
 from arramon_lang.cell_grading import find_cell, is_all_there
 from arramon_lang.language import ROOT, load
 from arramon_lang.meaning import Assembly, Thing
-from arramon_lang.quality import BLOCKED, SUSPICIOUS, Failure, check, marks
+from arramon_lang.quality import BLOCKED, SUSPICIOUS, Failure, check
+from arramon_lang.quality_marks import marks
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from arramon_lang.language import ROOT
+from arramon_lang.language import ROOT, language_folder
 from arramon_server.errors import BadFile
 
 PROPERTIES = ("egocentric", "allocentric", "temporal", "directional", "sequencing", "discrete_3d")
@@ -45,7 +45,7 @@ def load_patterns(code: str, root: Path = ROOT) -> Patterns:
     Raises:
         BadFile: if the language's `properties.toml` is missing, or not as described in that of `lang/en`.
     """
-    path = root / code / FILE
+    path = language_folder(code, root) / FILE
     try:
         data = tomllib.loads(unicodedata.normalize("NFC", path.read_text(encoding="utf-8")))
     except OSError as error:

@@ -20,8 +20,18 @@ from arramon_server.errors import BadFile, BadInput
 CONFIG = "ARRAMON_CONFIG"
 """Environment variable that names the settings file."""
 
-OTHER_VARIABLES = frozenset((CONFIG, "ARRAMON_TOKEN", "ARRAMON_RELEASE", "ARRAMON_AGENT", "ARRAMON_LANG"))
-"""Variables of the client, the tests and the Compose file, which are not settings of the server."""
+OTHER_VARIABLES = frozenset(
+    (
+        CONFIG,
+        "ARRAMON_TOKEN",
+        "ARRAMON_RELEASE",
+        "ARRAMON_AGENT",
+        "ARRAMON_LANG",
+        "ARRAMON_LANGUAGES",
+        "ARRAMON_COLLECT_TEXTS",
+    )
+)
+"""Variables of the client, the languages, the tests and the Compose file, which are not settings of the server."""
 
 COMMON_SETTINGS = ("data", "journal", "log", "log_format")
 """Settings that every command accepts as flags."""

@@ -10,6 +10,7 @@ import pytest
 from arramon_lang.language import ROOT, UnknownLanguage, available
 from arramon_lang.meaning import Thing
 from arramon_lang.quality import BLOCKED, SUSPICIOUS, any_blocks, check
+from arramon_lang.quality_marks import marks
 from tests.release import VAL_SEEN, needs_release
 
 N, A = "navigation", "assembly"
@@ -191,6 +192,27 @@ def test_long_and_foreign_texts_are_suspicious() -> None:
     assert [failure.check for failure in check(f"Take it, {words}.", "en", N)] == ["long"]
     assert [failure.check for failure in check(GOOD[0][2], "hi", N)] == ["no_pick_up", "script"]
     assert [failure.check for failure in check("", "en", N)] == ["few_words", "no_pick_up"]
+
+
+@pytest.mark.parametrize(
+    ("language", "phase", "text", "name", "words"),
+    [
+        ("en", N, "Walk on, (then) take the red mug.", "symbol", ["("]),
+        ("en", N, "Turn, Go  back and take the red mug.", "term", ["Go  back"]),
+        ("en", N, "Turn left, left and take the red mug.", "repeated_word", ["left, left"]),
+        ("en", N, "Turn half-way half-way round and take the mug.", "repeated_word", ["half-way half-way"]),
+        ("en", N, "Turn and pAsSs the red mug, take it.", "repeated_letter", ["sSs"]),
+        ("en", A, "Put it behind the mug, steps, and the Steps.", "term", ["steps", "Steps"]),
+        ("hi", N, "बाएं मुड़ें, फिर बाएं रखा लाल मग उठा लें।", "misspelt", ["बाएं", "बाएं"]),
+        ("hi", N, "बाएँ मुड़ें और दो क़दम पर लाल मग उठा लें।", "count", ["दो क़दम"]),
+        ("en", N, "Walk on to the very end.", "no_pick_up", []),
+    ],
+)
+def test_marks_are_where_the_words_at_fault_are(
+    language: str, phase: str, text: str, name: str, words: list[str]
+) -> None:
+    failure = next(failure for failure in check(text, language, phase) if failure.check == name)
+    assert [text[start:end] for start, end in marks(text, failure, language)] == words
 
 
 def test_blocking_failures_come_first() -> None:

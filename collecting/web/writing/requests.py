@@ -9,10 +9,8 @@ from arramon_collecting.writing.characters import MAX_TEXT_CHARACTERS
 from arramon_collecting.writing.walk import PARTS
 from arramon_server.errors import BadInput, quoted
 
-EVIDENCE = (
-    "pastes", "pasted_characters", "insertions", "inserted_characters", "leaves", "away_seconds", "active_seconds",
-)  # fmt: skip
-"""Counts that the page keeps of what may mean that a text was not typed, and of the time that was spent on it."""
+EVIDENCE = ("pastes", "pasted_characters", "insertions", "inserted_characters", "leaves", "away_seconds")
+"""Counts that the page keeps of what may mean that a text was not typed: pasted, put in silently, the tab left."""
 
 _MOST_COUNTED = 10_000_000
 _ID = re.compile(r"[0-9a-f]{32}")

@@ -9,7 +9,8 @@ from arramon_collecting.rules.screening import CHOICES, RIGHT_WRITE, Screening, 
 from arramon_collecting.storage.records import WRITE, Collection
 from arramon_collecting.storage.workers import check_active
 from arramon_collecting.web.access import Visitor
-from arramon_collecting.web.handlers import BASE, Handlers, see_other
+from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
+from arramon_collecting.web.writing.guidelines import guidelines_context
 
 ADDRESS = f"{BASE}/screening/{WRITE}"
 
@@ -80,7 +81,7 @@ class WriteScreening:
             "attempts": attempts,
             "attempts_left": attempts - found.attempts,
             "paused_until": found.until if found.is_paused(self._handlers.store.clock()) else None,
-            "opens_rules": True,
+            **guidelines_context(request_texts(request), collection, is_open=True),
         }
         return self._handlers.page(request, "write/screening.html", collection, context, visitor=visitor)
 

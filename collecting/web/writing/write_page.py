@@ -9,6 +9,7 @@ from aiohttp import web
 from arramon_collecting.storage.records import Draft
 from arramon_collecting.web.access import Visitor
 from arramon_collecting.web.handlers import BASE, Handlers, json_response, request_texts
+from arramon_collecting.web.writing.guidelines import guidelines_context
 from arramon_collecting.web.writing.requests import read_draft, read_editor, read_submission
 from arramon_collecting.web.writing.write_tasks import Blocked, OpenTask, WriteTasks
 from arramon_collecting.writing.characters import MAX_TEXT_CHARACTERS
@@ -70,7 +71,7 @@ class WritePage:
                 "settings": self._settings(t, task, visitor, request.path),
                 "language": collection.language,
                 "reason": self._tasks.reason(task),
-                "opens_rules": self._tasks.draft(task).revision == 0,
+                **guidelines_context(t, collection, is_open=self._tasks.draft(task).revision == 0),
             }
             return self._handlers.page(request, "write/write.html", collection, context, visitor=visitor)
 

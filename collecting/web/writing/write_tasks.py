@@ -7,7 +7,7 @@ from typing import Any
 
 from arramon_collecting.rules.clean_text import clean_instructions
 from arramon_collecting.storage.drafts import OlderDraft
-from arramon_collecting.storage.records import EXPIRED, OPEN, SUBMITTED, WRITE, Collection, Draft, Task, Worker
+from arramon_collecting.storage.records import EXPIRED, OPEN, SUBMITTED, WRITE, Collection, Draft, Task, Text, Worker
 from arramon_collecting.storage.store import Store
 from arramon_collecting.web.texts import texts_of
 from arramon_collecting.web.writing.requests import EVIDENCE, Written
@@ -174,12 +174,14 @@ class WriteTasks:
         if any(map(any_blocks, findings)):
             raise Blocked(findings)
         pairs = clean_instructions([texts[:2], texts[2:]], task.collection.settings.max_characters)
-        failures, evidence = task.as_failures(findings), dict(written.evidence)
+        failures = task.as_failures(findings)
+        evidence = {name: count for name, count in written.evidence.items() if count}
         self._store.submissions.submit_text(task.collection, task.task, submission, pairs, failures, evidence)
 
     def reason(self, task: OpenTask) -> str:
         """Return why a host sent the text back that a task mends; "" for a new text."""
-        return self._store.texts.get(task.task.text_id).reason if self._is_mending(task.task) else ""
+        earlier = self._sent_back(task.task)
+        return earlier.reason if earlier is not None else ""
 
     def _save(self, task: OpenTask, revision: int, written: Written) -> Draft:
         body = written.as_body()
@@ -189,10 +191,11 @@ class WriteTasks:
     def _begun(self, task: OpenTask) -> Written:
         """Return what a page shows first: nothing, or the text that was sent back."""
         position, texts = begin(task.episode), ("",) * len(PARTS)
-        if self._is_mending(task.task):
-            earlier = self._store.texts.get(task.task.text_id).instructions
-            position, texts = replace(position, reached=DONE), tuple(text for pair in earlier for text in pair)
+        if (earlier := self._sent_back(task.task)) is not None:
+            position = replace(position, reached=DONE)
+            texts = tuple(text for pair in earlier.instructions for text in pair)
         return Written("", str(position), texts, dict.fromkeys(EVIDENCE, 0))
 
-    def _is_mending(self, task: Task) -> bool:
-        return task.text_id is not None and task.state != SUBMITTED
+    def _sent_back(self, task: Task) -> Text | None:
+        """Return the text that a task mends; None for a new text."""
+        return None if task.text_id is None or task.state == SUBMITTED else self._store.texts.get(task.text_id)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from arramon_collecting.storage.records import HINT
 from arramon_collecting.writing.characters import stored_form
-from arramon_collecting.writing.checks import HINT, TextChecker, any_blocks
+from arramon_collecting.writing.checks import TextChecker, any_blocks
 from arramon_dataset.paraphrases.collection import paraphrased_episodes, paraphrased_section
 from arramon_lang.quality import BLOCKED, SUSPICIOUS
 from arramon_server.sim.catalogue import ObjectType

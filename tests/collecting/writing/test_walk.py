@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from arramon_client.world import Action
 from arramon_collecting.writing.walk import (
@@ -159,3 +161,15 @@ def test_state_in_the_room_carries_the_target() -> None:
         RoomCell(1, 2),
         90.0,
     )
+
+
+@given(st.lists(st.sampled_from(list(Move)), max_size=60))
+def test_every_walk_stays_on_the_line_and_in_the_room(moves: list[Move]) -> None:
+    position = begin(EPISODE)
+    for move in moves:
+        before = position
+        position, _ = moved(position, move, EPISODE)
+        assert read_position(str(position), EPISODE) == position
+        assert position.reached >= before.reached
+        assert position.part in (before.part, before.part + 1)
+        assert state_at(position, EPISODE).room == room_before(EPISODE, position.turn)

@@ -4,7 +4,7 @@ import asyncio
 import json
 import socket
 import ssl
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -27,14 +27,16 @@ class PageServer(Server):
         site: address of its pages.
     """
 
-    def __init__(self, data: Path, *more: str, log: Path | None = None) -> None:
+    def __init__(
+        self, data: Path, *more: str, log: Path | None = None, environment: Mapping[str, str] | None = None
+    ) -> None:
         tiny.write(data)
         tiny.write(data, "secret", 3, hidden=True)
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
         self.site = f"http://127.0.0.1:{port}"
-        super().__init__(data, "127.0.0.1:0", "--web", f"127.0.0.1:{port}", *more, log=log)
+        super().__init__(data, "127.0.0.1:0", "--web", f"127.0.0.1:{port}", *more, log=log, environment=environment)
 
 
 class PageClient:

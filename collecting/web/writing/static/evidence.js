@@ -1,15 +1,13 @@
 // Counts of what may mean that a text was not typed: pasted, put in silently, the tab left. They decide nothing by themselves.
 const SUDDEN = 25; // characters that appear at once without a paste: more than a keyboard's suggestion or a spelling correction
-const IDLE = 60000;
 
 export class Evidence {
   constructor(counts) {
-    this.counts = { pastes: 0, pasted_characters: 0, insertions: 0, inserted_characters: 0, leaves: 0, away_seconds: 0, active_seconds: 0 };
+    this.counts = { pastes: 0, pasted_characters: 0, insertions: 0, inserted_characters: 0, leaves: 0, away_seconds: 0 };
     Object.assign(this.counts, counts);
     this.isComposing = false;
     this.length = 0;
     this.leftAt = null;
-    this.activeAt = this.tickedAt = performance.now();
   }
 
   watch(text) {
@@ -32,21 +30,9 @@ export class Evidence {
       if (document.hidden) { this.leftAt = performance.now(); this.counts.leaves += 1; return; }
       if (this.leftAt !== null) this.counts.away_seconds += Math.round((performance.now() - this.leftAt) / 1000);
       this.leftAt = null;
-      this.activeAt = this.tickedAt = performance.now();
     });
-    for (const kind of ["keydown", "pointerdown", "input"]) document.addEventListener(kind, () => this.note());
   }
 
   // The text was changed by the page itself.
   changed(text) { this.length = text.value.length; }
-
-  note() {
-    const now = performance.now();
-    if (now - this.activeAt < IDLE) this.counts.active_seconds += (now - this.activeAt) / 1000;
-    this.activeAt = now;
-  }
-
-  get report() {
-    return { ...this.counts, active_seconds: Math.round(this.counts.active_seconds) };
-  }
 }

@@ -33,7 +33,7 @@ const walk = new Walk(server, settings.size, {
   refused: (error) => refuse(error),
 });
 
-const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.report }), {
+const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.counts }), {
   saved: (answer) => {
     findings = answer.findings;
     page.saved("saved");
@@ -42,15 +42,20 @@ const drafts = new Drafts(server, settings.task, () => ({ position: walk.positio
   },
   waits: () => page.saved("unsaved"),
   unsaved: () => page.saved("not_saved"),
-  takenOver: () => {
-    text.readOnly = true;
-    page.status(words.taken_over, "again");
-  },
+  takenOver,
   refused: (error) => refuse(error),
 });
 
+// Another window writes this task now.
+function takenOver() {
+  drafts.stop();
+  text.readOnly = true;
+  page.status(words.taken_over, "again");
+}
+
 async function open() {
   let opened;
+  page.status(words.loading);
   try {
     opened = await drafts.open();
   } catch (error) {
@@ -60,14 +65,13 @@ async function open() {
     return;
   }
   const { draft, restored, aside } = opened;
-  const unsaved = drafts.revision && aside ? aside.texts : [];
+  const unsaved = aside ? aside.texts : [];
   typed = restored ? restored.texts : draft.texts;
   findings = draft.findings;
   Object.assign(evidence.counts, draft.evidence);
-  page.aside(unsaved.filter((one) => one && !draft.texts.includes(one.normalize("NFC").trim())));
-  page.status("");
+  page.aside(unsaved.filter((one) => one && !draft.texts.includes(one)));
   text.readOnly = false;
-  await walk.start(restored ? restored.position : draft.position);
+  await walk.start(restored?.position || draft.position);
   enterPart();
   if (restored) drafts.change();
 }
@@ -136,7 +140,7 @@ async function submit() {
   }
   element("submit").disabled = true;
   drafts.stop();
-  const content = { submission, editor: drafts.editor, position: walk.position, texts: typed, evidence: evidence.report };
+  const content = { submission, editor: drafts.editor, position: walk.position, texts: typed, evidence: evidence.counts };
   try {
     const answer = await server.post("submit", content);
     drafts.forget();
@@ -149,8 +153,9 @@ async function submit() {
       const blocked = parts.findIndex((_, i) => findings[i].some(({ severity }) => severity === "blocked"));
       if (blocked >= 0 && blocked !== walk.part) walk.enter(blocked); else enterPart();
       page.status(words.mend_first);
-    } else if (error.status && !error.isTemporary) refuse(error);
-    else page.status(words.not_submitted);
+    } else if (error.status === 409 && error.answer.newer) takenOver();
+    else if (error.status && !error.isTemporary) refuse(error);
+    else { page.status(words.not_submitted); drafts.change(); }
   }
 }
 

@@ -1,5 +1,6 @@
 """The write page's requests on a real server: views, drafts by revision, submissions that count once, bad input."""
 
+import resource
 from contextlib import closing
 from pathlib import Path
 
@@ -26,6 +27,13 @@ def test_the_page_has_its_words_and_runs_nothing_inline(site: WriteSite, languag
     assert "unsafe" not in answer.headers["Content-Security-Policy"]
     assert answer.headers["Cache-Control"] == "no-store"
     assert f'<textarea id="text" lang="{language}"' in answer.text
+
+
+def test_examples_are_in_the_language_that_is_written(site: WriteSite) -> None:
+    answer = site.writer("hi").get()
+    assert "How to write good instructions" in answer.text
+    assert "Write in this language: हिन्दी." in answer.text
+    assert '<p class="example" lang="hi">बिंदीदार भूरे टीवी को' in answer.text
 
 
 def test_nobody_else_sees_a_task(site: WriteSite, writer: Writer) -> None:
@@ -114,6 +122,21 @@ def test_drafts_survive_a_killed_server(tmp_path: Path) -> None:
     assert site.stop() == 0
 
 
+def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
+    site = WriteSite(tmp_path)
+    with closing(site.database):
+        writer = site.writer()
+        writer.open()
+        resource.prlimit(site.process.pid, resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
+        refused = [writer.post("/draft", writer.written(revision=1)), writer.submit()]
+        assert [answer.status for answer in refused] == [503, 503]
+        resource.prlimit(site.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+        assert writer.post("/draft", writer.written(revision=1)).json["revision"] == 2
+        assert writer.submit().status == 200
+        assert site.store.ledger.total_of(writer.worker.worker_id) == 100
+    assert site.stop() == 0
+
+
 def test_checks_come_with_each_save(writer: Writer) -> None:
     writer.open()
     cone = "Turn right, pass the orange cone, take the dotted blue tv"
@@ -160,7 +183,7 @@ def test_a_submission_counts_once(site: WriteSite, writer: Writer) -> None:
         answer = writer.submit(typed, evidence={"pastes": 2})
         assert (answer.status, answer.json) == (200, {"next": f"/en/collect/{writer.collection.name}/"})
     (text,) = site.store.texts.all(writer.collection.name)
-    assert (text.state, text.evidence["pastes"]) == (VERIFYING, 2)
+    assert (text.state, text.evidence) == (VERIFYING, {"pastes": 2})
     assert [failure["severity"] for failure in text.failures] == ["hint"]
     assert text.instructions == ((TEXTS[0], TEXTS[1]), (TEXTS[2], TEXTS[3]))
     assert site.store.ledger.total_of(writer.worker.worker_id) == 100

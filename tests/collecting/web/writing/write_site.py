@@ -83,9 +83,9 @@ class Writer:
         finally:
             connection.close()
 
-    def written(self, texts: tuple[str, ...] = TEXTS, at: str = DONE_AT, **more: object) -> dict[str, Any]:
+    def written(self, texts: tuple[str, ...] = TEXTS, **more: object) -> dict[str, Any]:
         """What a page sends of a task."""
-        return {"editor": EDITOR, "position": at, "texts": list(texts), "evidence": {}, **more}
+        return {"editor": EDITOR, "position": DONE_AT, "texts": list(texts), "evidence": {}, **more}
 
     def open(self, editor: str = EDITOR) -> dict[str, Any]:
         answer = self.post("/open", {"editor": editor})
@@ -99,8 +99,8 @@ class Writer:
 class WriteSite(PageServer):
     """The server, and the storage that it uses."""
 
-    def __init__(self, data: Path, *more: str) -> None:
-        super().__init__(data, *more)
+    def __init__(self, data: Path, *more: str, environment: Mapping[str, str] | None = None) -> None:
+        super().__init__(data, *more, environment=environment)
         self.port = int(self.site.rpartition(":")[2])
         self.database = Database(f"sqlite:///{data / 'journal.db'}")
         self.store = Store(self.database)
