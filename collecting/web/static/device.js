@@ -75,4 +75,3 @@ element("retry").querySelector("button").addEventListener("click", () => {
   element("measure").hidden = false;
   element("measure").focus();
 });
-element("measure").focus();

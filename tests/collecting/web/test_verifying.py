@@ -17,6 +17,7 @@ from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
 from tests import tiny
 from tests.api.player import create
 from tests.collecting.web.verify_site import NAME, TEXTS, VerifySite, browsers, hello, verify_site
+from tests.serving import METADATA
 
 AWAY = (tiny.L, tiny.L, tiny.F)
 """Walks away until the step limit."""
@@ -106,8 +107,8 @@ def test_the_page_is_told_no_more_than_an_agent_of_a_hidden_split(site: VerifySi
         "opened": {"run", "split", "language", "is_hidden", "participant", "size", "aids", "episodes", "ended"},
         "started": {"episode", "step"},
         "state": {
-            "episode", "step", "turn", "phase", "instruction", "phase_step", "steps_left", "carries", "carried", "outcome",
-            "landing",
+            "episode", "step", "turn", "phase", "instruction", "phase_step", "steps_left", "carries", "carried",
+            "outcome", "landing",
         },
         "phase_ended": {"episode", "phase", "turn", "forced"},
         "episode_ended": {"episode", "cause", "ended"},
@@ -208,13 +209,11 @@ def test_nobody_else_has_the_task(site: VerifySite) -> None:
             assert (await person.send(f"{path}/hand-in", data={"csrf": other.csrf}))[0] == 403
             with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
                 await person.session.ws_connect(
-                    f"{site.collection_address}{path}/socket",
+                    f"{site.pages}{path}/socket",
                     headers={**person.headers, "Origin": "http://elsewhere.example"},
                 )
             with pytest.raises(aiohttp.WSServerHandshakeError, match="401"):
-                await person.session.ws_connect(
-                    f"{site.collection_address}{path}/socket", headers={"Origin": site.site}
-                )
+                await person.session.ws_connect(f"{site.pages}{path}/socket", headers={"Origin": site.site})
             assert (await person.post_json(f"{path}/flags", {"flags": ["no such"]}))[0] == 400
 
     asyncio.run(play())
@@ -288,7 +287,7 @@ def test_runs_of_verifications_are_nobody_else_s(site: VerifySite) -> None:
             lambda: evaluation.GetRun(pb.GetRunRequest(run_id=run), metadata=METADATA),
             lambda: create(evaluation, split=split, language="hi"),
             lambda: create(evaluation, split=f"collecting/{NAME}/{text.text_id}", language="hi"),
-            lambda: board.PublishRun(lb.PublishRunRequest(run_id=run), metadata=METADATA),
+            lambda: board.Publish(lb.PublishRequest(run_id=run), metadata=METADATA),
         ]
         for call in calls:
             with pytest.raises(grpc.RpcError) as refused:

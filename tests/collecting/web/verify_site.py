@@ -43,7 +43,7 @@ class VerifySite(PageServer):
         self.host, _ = self.store.workers.invite(self.collection, role="host")
 
     @property
-    def collection_address(self) -> str:
+    def pages(self) -> str:
         """Address of the collection's pages in English."""
         return f"{self.site}/en/collect/{NAME}"
 
@@ -84,16 +84,15 @@ class Browser:
     def __init__(self, site: VerifySite, person: Worker, session: aiohttp.ClientSession) -> None:
         self.site, self.person, self.session = site, person, session
         self.cookie = site.store.sign_ins.open(person.worker_id)
-        found = site.store.sign_ins.find(NAME, self.cookie)
+        found = site.store.sign_ins.find(person.collection, self.cookie)
         assert found is not None
         self.csrf = found.csrf
-        self.headers = {"Cookie": f"arramon_collect_{NAME}={self.cookie}"}
+        self.pages = f"{site.site}/en/collect/{person.collection}"
+        self.headers = {"Cookie": f"arramon_collect_{person.collection}={self.cookie}"}
 
     async def get(self, path: str) -> tuple[int, str]:
         """Status and content of a page; of a redirect its address."""
-        async with self.session.get(
-            self.site.collection_address + path, headers=self.headers, allow_redirects=False
-        ) as answer:
+        async with self.session.get(self.pages + path, headers=self.headers, allow_redirects=False) as answer:
             return answer.status, answer.headers.get("Location") or await answer.text()
 
     async def post(self, path: str, **fields: str) -> tuple[int, str]:
@@ -107,18 +106,14 @@ class Browser:
 
     async def send(self, path: str, *, headers: dict[str, str] | None = None, **what: Any) -> tuple[int, str]:
         sent = {**self.headers, **(headers or {})}
-        async with self.session.post(
-            self.site.collection_address + path, headers=sent, allow_redirects=False, **what
-        ) as answer:
+        async with self.session.post(self.pages + path, headers=sent, allow_redirects=False, **what) as answer:
             return answer.status, answer.headers.get("Location") or await answer.text()
 
     @asynccontextmanager
     async def socket(self, path: str) -> AsyncIterator[PageClient]:
         """The WebSocket of a page."""
         headers = {**self.headers, "Origin": self.site.site}
-        async with self.session.ws_connect(
-            f"{self.site.collection_address}{path}/socket", headers=headers
-        ) as connection:
+        async with self.session.ws_connect(f"{self.pages}{path}/socket", headers=headers) as connection:
             yield PageClient(connection)
 
     def claim(self) -> str:
