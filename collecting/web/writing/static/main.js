@@ -18,18 +18,20 @@ const submission = randomHex();
 let typed = parts.map(() => "");     // the texts, by part
 let findings = parts.map(() => []);  // of what was last saved
 let isComposing = false;
+let isLost = false;                  // whether the page says that the server cannot be reached
 
 const walk = new Walk(server, settings.size, {
   view: (image) => page.view(image),
   moved: (facts) => {
-    page.status("");
+    if (isLost) page.status("");
+    isLost = false;
     page.moved(facts, walk.part);
     document.documentElement.dataset.at = walk.position;
     if (facts.before !== walk.position) drafts.change();
     if (Number(facts.before.split(".")[0]) !== walk.part) enterPart();
     else showPart();
   },
-  lost: () => page.status(words.lost),
+  lost: () => { isLost = true; page.status(words.lost); },
   refused: (error) => refuse(error),
 });
 

@@ -88,6 +88,25 @@ def test_words_at_fault_are_marked_and_block(browser: Browser, site: WriteSite) 
         expect(page.locator("#parts button").first).to_have_attribute("data-state", "blocked")
 
 
+def test_what_is_missing_is_said_before_submitting(browser: Browser, site: WriteSite) -> None:
+    writer = site.writer()
+    writer.open(OTHER_EDITOR)
+    typed = (TEXTS[0], "", "Walk on, press a key and take it.", TEXTS[3])
+    writer.post("/draft", writer.written(typed, editor=OTHER_EDITOR, revision=1))
+    with window(browser, writer) as context:
+        page = opened(context, writer)
+        page.click("#submit")
+        expect(page.locator("#parts [aria-current]")).to_contain_text("1. Room")
+        expect(page.locator("#status")).to_have_text("This text is not written yet.")
+        expect(page.locator("#text")).to_be_focused()
+        page.fill("#text", TEXTS[1])
+        saved(page)
+        page.click("#submit")
+        expect(page.locator("#parts [aria-current]")).to_contain_text("2. Street")
+        expect(page.locator("#status")).to_have_text("Please mend what is marked first.")
+    assert site.store.texts.all(writer.collection.name) == []
+
+
 def test_nothing_happens_while_an_input_method_composes(browser: Browser, site: WriteSite) -> None:
     writer = site.writer("hi")
     with window(browser, writer) as context:
