@@ -1,0 +1,1 @@
+"""A simulated collection of instructions: scripted people in a real browser."""
