@@ -54,9 +54,10 @@ def test_from_the_studys_address_to_the_completion_code(tmp_path: Path, capsys: 
     draft = {"editor": EDITOR, "position": DONE_AT, "texts": list(TEXTS), "evidence": {}, "revision": 1}
     saved = browser.send_json(f"{task}/draft", draft)
     assert saved.status == 200, saved.text
-    assert "The code appears here once 1 tasks are submitted" in browser.get(HOME).text
+    assert "Number of tasks: 1." in browser.get(HOME).text
     server.kill()
     server.start()
+    assert "set-cookie" not in Browser(browser.port).get("/en/").headers  # public pages
     assert f'href="{task}"' in browser.get(HOME).text
     done = browser.send_json(f"{task}/submit", {**draft, "submission": SUBMISSION})
     assert done.status == 200, done.text
