@@ -38,7 +38,7 @@ class MailSender:
         self._thread.start()
 
     def close(self) -> None:
-        """End the thread. A mail under way is finished if that is quick; otherwise it is tried again after the restart."""
+        """End the thread. A mail under way is finished if that is quick, or tried again after the restart."""
         self._stopped.set()
         if self._thread.ident is not None:
             self._thread.join(CLOSE_SECONDS)
