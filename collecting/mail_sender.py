@@ -13,8 +13,8 @@ from arramon_collecting.storage.store import Store
 from arramon_server.addresses import is_loopback
 from arramon_server.errors import ArraMonError, BadInput, StorageError
 
-SECONDS, INTERVAL_SECONDS = 20.0, 5.0
-"""Time limit of each answer of the SMTP server, and time between two looks at the queue."""
+SECONDS, INTERVAL_SECONDS, CLOSE_SECONDS = 20.0, 5.0, 3.0
+"""Time limit of each answer of the SMTP server, time between two looks at the queue, and time that the end waits."""
 
 _log = logging.getLogger(__name__)
 
@@ -38,10 +38,10 @@ class MailSender:
         self._thread.start()
 
     def close(self) -> None:
-        """End the thread; a mail that is being sent is finished first."""
+        """End the thread. A mail under way is finished if that is quick, or tried again after the restart."""
         self._stopped.set()
         if self._thread.ident is not None:
-            self._thread.join(2 * SECONDS)
+            self._thread.join(CLOSE_SECONDS)
 
     def _run(self) -> None:
         while not self._stopped.is_set():

@@ -38,13 +38,10 @@ def create(arguments: argparse.Namespace) -> None:
     _check_language(arguments.lang, split, is_review=is_review)
     texts = split.in_playing_order(arguments.lang)[: chosen.episodes or None] if is_review else []
     with open_journal(config) as database:
-        store = Store(database)
         kind = REVIEW_KIND if is_review else WRITE_KIND
-        made = store.collections.create(name, kind, arguments.lang, split.name, chosen)
         pairs = ((one.episode_id, one.instructions[arguments.lang]) for one in texts)
-        store.texts.add_imported(
-            made, [(key, tuple((turn.navigation, turn.assembly) for turn in turns)) for key, turns in pairs]
-        )
+        imported = [(key, tuple((turn.navigation, turn.assembly) for turn in turns)) for key, turns in pairs]
+        Store(database).collections.create(name, kind, arguments.lang, split.name, chosen, imported)
     number = len(texts) if is_review else min(chosen.episodes or len(split.episodes), len(split.episodes))
     print(f"collection {name}: {kind}, {arguments.lang}, {number} episodes of {split.name}")
     role = " --role host" if is_review else ""

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from arramon_collecting.rules.keeping import Outcome, succeeded
-from arramon_collecting.storage.records import Collection, Task, Text, Verification
+from arramon_collecting.storage.records import REVIEW, WRITE, Collection, Task, Text, Verification
 from arramon_server import __version__
 
 FILE = "collection.json"
@@ -66,6 +66,7 @@ def _text(
     return {
         "episode": text.episode_id,
         "text": text.text_id,
+        "stage": REVIEW if text.task_id is None else WRITE,
         "author": text.worker_id,
         "version": text.version,
         "written_on": f"{text.created_at:%Y-%m-%d}",

@@ -1,13 +1,15 @@
 """The collections themselves."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 
 import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
 from arramon_collecting.settings import Settings, read_settings
-from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING, Collection, record_of
+from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING, Collection, Instructions, record_of
+from arramon_collecting.storage.texts import insert_imported
 from arramon_collecting.storage.transactions import Clock, lock, utc_now
 from arramon_server.errors import BadInput, Conflict, NotFound, TakenOver, quoted
 from arramon_server.runs.storage.collection_tables import collections
@@ -28,8 +30,24 @@ class Collections:
         self._database = database
         self._clock = clock
 
-    def create(self, name: str, kind: str, language: str, split: str, settings: Settings) -> Collection:
+    def create(
+        self,
+        name: str,
+        kind: str,
+        language: str,
+        split: str,
+        settings: Settings,
+        imported: Iterable[tuple[str, Instructions]] = (),
+    ) -> Collection:
         """Create a collection, which runs at once.
+
+        Args:
+            name: its name, which is the part of its addresses.
+            kind: WRITE_KIND or REVIEW_KIND.
+            language: code of the language.
+            split: name of the split.
+            settings: its settings.
+            imported: ids of episodes and existing texts that are reviewed, added in the same transaction.
 
         Raises:
             BadInput: if the name is malformed.
@@ -47,6 +65,7 @@ class Collections:
         try:
             with self._database.write() as connection:
                 connection.execute(collections.insert(), [values | {"settings": settings.model_dump(mode="json")}])
+                insert_imported(connection, created, imported, created.created_at)
         except TakenOver:
             raise Conflict(f"there is a collection {name!r} already") from None
         return created

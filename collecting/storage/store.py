@@ -36,7 +36,7 @@ class Store:
         self.sign_ins = SignIns(database, clock)
         self.tasks = Tasks(database, clock, draw)
         self.drafts = Drafts(database, clock)
-        self.texts = Texts(database, clock)
+        self.texts = Texts(database)
         self.verifications = Verifications(database)
         self.submissions = Submissions(database, clock)
         self.reviews = Reviews(database, clock)

@@ -35,7 +35,7 @@ from arramon_collecting.storage.records import (
     Verification,
     record_of,
 )
-from arramon_collecting.storage.tasks import is_free, open_task
+from arramon_collecting.storage.task_queries import is_free, open_task
 from arramon_collecting.storage.transactions import Clock, lock, new_id, utc_now
 from arramon_server.errors import BadInput, Conflict, NotFound, quoted
 from arramon_server.runs.storage.collection_tables import drafts, tasks, texts, verifications

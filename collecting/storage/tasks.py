@@ -7,18 +7,15 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from arramon_collecting.rules.assignment import Candidate, Known, next_gold, next_to_verify, next_to_write, wants_gold
+from arramon_collecting.rules.assignment import next_gold, next_to_verify, next_to_write, wants_gold
 from arramon_collecting.storage.drafts import active_seconds, check_open
 from arramon_collecting.storage.records import (
     EXPIRED,
     OPEN,
-    PRESENT,
     RETURNED,
     RUNNING,
     SENT_BACK,
-    SUBMITTED,
     VERIFY,
-    VERIFYING,
     WRITE,
     Collection,
     Task,
@@ -26,10 +23,19 @@ from arramon_collecting.storage.records import (
     Worker,
     record_of,
 )
+from arramon_collecting.storage.task_queries import (
+    check_limit,
+    is_free,
+    known_episodes,
+    open_task,
+    taken_episodes,
+    verifications_begun,
+    waiting_texts,
+)
 from arramon_collecting.storage.transactions import Clock, lock, new_id, random_number, utc_now
 from arramon_collecting.storage.workers import check_active
-from arramon_server.errors import Conflict, NotFound, OverQuota, quoted
-from arramon_server.runs.storage.collection_tables import collections, tasks, texts, verifications
+from arramon_server.errors import Conflict, NotFound, quoted
+from arramon_server.runs.storage.collection_tables import collections, tasks, texts
 from arramon_server.runs.storage.database import Database
 
 
@@ -63,7 +69,7 @@ class Tasks:
 
         def choose(connection: Connection) -> Mapping[str, Any] | None:
             known = known_episodes(connection, worker.worker_id)
-            chosen = next_to_write(episodes, _taken(connection, collection.name), known)
+            chosen = next_to_write(episodes, taken_episodes(connection, collection.name), known)
             return None if chosen is None else {"episode_id": chosen}
 
         return self._claim(collection, worker, WRITE, choose)
@@ -106,8 +112,8 @@ class Tasks:
 
         def choose(connection: Connection) -> Mapping[str, Any] | None:
             known = known_episodes(connection, worker.worker_id)
-            begun, of_gold = _verifications_begun(connection, worker.worker_id)
-            chosen = next_to_verify(_candidates(connection, collection), worker.worker_id, known, settings.verifiers)
+            begun, of_gold = verifications_begun(connection, worker.worker_id)
+            chosen = next_to_verify(waiting_texts(connection, collection), worker.worker_id, known, settings.verifiers)
             if chosen is None:  # A worker who could do nothing else would notice that what comes is known.
                 return None
             if wants_gold(begun, of_gold, settings.gold_share, self._draw()):
@@ -264,7 +270,7 @@ class Tasks:
             if (found := connection.execute(state).scalar()) != RUNNING:
                 raise Conflict(f"the collection is {found}; no tasks are given out")
             if counts:
-                _check_limit(connection, collection, worker, stage)
+                check_limit(connection, collection, worker, stage)
             self._expire(connection, collection)
             if (chosen := choose(connection)) is None:
                 return None
@@ -284,75 +290,3 @@ class Tasks:
             }
             connection.execute(tasks.insert(), [row])
         return self.get(task_id)
-
-
-def known_episodes(connection: Connection, worker_id: str) -> Known:
-    """Return the episodes that a worker knows: those of all tasks, also of those given back or expired."""
-    c = tasks.c
-    query = sa.select(c.stage, c.episode_id).where(c.worker_id == worker_id)
-    rows = connection.execute(query.distinct()).all()
-    return Known(
-        frozenset(row.episode_id for row in rows if row.stage == WRITE),
-        frozenset(row.episode_id for row in rows if row.stage == VERIFY),
-    )
-
-
-def _taken(connection: Connection, collection: str) -> set[str]:
-    """Return the episodes that have a text, or are being written for."""
-    present = sa.select(texts.c.episode_id).where(texts.c.collection == collection, texts.c.state.in_(PRESENT))
-    being_written = sa.select(tasks.c.episode_id).where(
-        tasks.c.collection == collection, tasks.c.stage == WRITE, tasks.c.state == OPEN
-    )
-    return {row.episode_id for query in (present, being_written) for row in connection.execute(query)}
-
-
-def _candidates(connection: Connection, collection: Collection) -> list[Candidate]:
-    """Return the texts that wait for verifiers, oldest first."""
-    waiting = sa.select(texts).where(texts.c.collection == collection.name, texts.c.state == VERIFYING)
-    rows = connection.execute(waiting.order_by(texts.c.created_at, texts.c.text_id)).all()
-    done = sa.select(verifications.c.text_id, verifications.c.worker_id).where(
-        verifications.c.collection == collection.name, verifications.c.counts
-    )
-    under_way = sa.select(tasks.c.text_id, tasks.c.worker_id).where(
-        tasks.c.collection == collection.name, tasks.c.stage == VERIFY, tasks.c.state == OPEN
-    )
-    verifiers: dict[str, set[str]] = {}
-    for query in (done, under_way):
-        for row in connection.execute(query):
-            verifiers.setdefault(row.text_id, set()).add(row.worker_id)
-    return [
-        Candidate(row.text_id, row.episode_id, row.worker_id, frozenset(verifiers.get(row.text_id, ()))) for row in rows
-    ]
-
-
-def _verifications_begun(connection: Connection, worker_id: str) -> tuple[int, int]:
-    """Return the numbers of verifications that a worker has begun, and of golds among them."""
-    query = sa.select(tasks.c.is_gold).where(tasks.c.worker_id == worker_id, tasks.c.stage == VERIFY)
-    found = [row.is_gold for row in connection.execute(query)]
-    return len(found), sum(found)
-
-
-def open_task(connection: Connection, worker_id: str) -> Task | None:
-    """Return a worker's open task; None if there is none."""
-    query = sa.select(tasks).where(tasks.c.worker_id == worker_id, tasks.c.state == OPEN)
-    row = connection.execute(query).first()
-    return record_of(Task, row) if row is not None else None
-
-
-def _check_limit(connection: Connection, collection: Collection, worker: Worker, stage: str) -> None:
-    most = collection.settings.max_tasks
-    query = sa.select(sa.func.count()).where(
-        tasks.c.worker_id == worker.worker_id, tasks.c.stage == stage, tasks.c.state == SUBMITTED
-    )
-    if most and (connection.execute(query).scalar() or 0) >= most:
-        raise OverQuota(f"you have done {most} tasks of this kind, which is the most that one person may do here")
-
-
-def is_free(connection: Connection, task: Task) -> bool:
-    """Return whether an expired task is still to be done: nobody else has taken its place."""
-    if task.stage == WRITE and task.text_id is None:
-        return task.episode_id not in _taken(connection, task.collection)
-    if task.text_id is None:
-        return True  # a gold
-    state = connection.execute(sa.select(texts.c.state).where(texts.c.text_id == task.text_id)).scalar()
-    return state == (SENT_BACK if task.stage == WRITE else VERIFYING)

@@ -2,11 +2,13 @@
 
 from collections import Counter
 from collections.abc import Iterable
+from datetime import datetime
 
 import sqlalchemy as sa
+from sqlalchemy.engine import Connection
 
 from arramon_collecting.storage.records import IN_REVIEW, Collection, Instructions, Text, record_of
-from arramon_collecting.storage.transactions import Clock, lock, new_id, utc_now
+from arramon_collecting.storage.transactions import new_id
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.storage.collection_tables import texts
 from arramon_server.runs.storage.database import Database
@@ -17,12 +19,10 @@ class Texts:
 
     Args:
         database: the journal's database.
-        clock: returns the present time.
     """
 
-    def __init__(self, database: Database, clock: Clock = utc_now) -> None:
+    def __init__(self, database: Database) -> None:
         self._database = database
-        self._clock = clock
 
     def get(self, text_id: str) -> Text:
         """Return a text.
@@ -55,32 +55,33 @@ class Texts:
         rows = self._database.read(query.group_by(texts.c.state))
         return Counter({row.state: row.number for row in rows})
 
-    def add_imported(self, collection: Collection, instructions: Iterable[tuple[str, Instructions]]) -> int:
-        """Add existing texts for a review, all or none; return their number.
 
-        Args:
-            collection: of the kind "review".
-            instructions: ids of episodes, and the texts of both turns.
-        """
-        now = self._clock()
-        rows = [
-            {
-                "text_id": new_id(),
-                "collection": collection.name,
-                "episode_id": episode_id,
-                "language": collection.language,
-                "instructions": [list(pair) for pair in pairs],
-                "failures": [],
-                "evidence": {},
-                "state": IN_REVIEW,
-                "version": 1,
-                "history": [],
-                "created_at": now,
-            }
-            for episode_id, pairs in instructions
-        ]
-        with self._database.write() as connection:
-            lock(connection, collection.name)
-            if rows:
-                connection.execute(texts.insert(), rows)
-        return len(rows)
+def insert_imported(
+    connection: Connection, collection: Collection, instructions: Iterable[tuple[str, Instructions]], now: datetime
+) -> None:
+    """Insert existing texts for a review.
+
+    Args:
+        connection: of the transaction that creates the collection.
+        collection: of the kind "review".
+        instructions: ids of episodes, and the texts of both turns.
+        now: the time.
+    """
+    rows = [
+        {
+            "text_id": new_id(),
+            "collection": collection.name,
+            "episode_id": episode_id,
+            "language": collection.language,
+            "instructions": [list(pair) for pair in pairs],
+            "failures": [],
+            "evidence": {},
+            "state": IN_REVIEW,
+            "version": 1,
+            "history": [],
+            "created_at": now,
+        }
+        for episode_id, pairs in instructions
+    ]
+    if rows:
+        connection.execute(texts.insert(), rows)

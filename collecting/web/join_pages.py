@@ -1,6 +1,8 @@
 """Joining a collection: by personal link, from a crowd platform, or as a host with a token."""
 
 import hmac
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from aiohttp import web
 
@@ -8,7 +10,7 @@ from arramon_collecting.storage.records import FORGOTTEN, Collection, Worker
 from arramon_collecting.web.access import sign_in
 from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
 from arramon_collecting.web.rate_limits import TRIES_A_MINUTE
-from arramon_server.errors import BadInput, Forbidden, NotFound, quoted
+from arramon_server.errors import BadInput, Forbidden, NotFound, Unauthenticated, quoted
 from arramon_server.runs.accounts.callers import Role
 from arramon_server.web.play.browser_access import BrowserAccess, check_origin
 
@@ -44,7 +46,6 @@ class JoinPages:
 
     async def _join(self, request: web.Request) -> web.StreamResponse:
         """Sign in by the address, and redirect at once to one without the secret."""
-        self._handlers.limit(f"join {request.remote}", TRIES_A_MINUTE)
 
         def make() -> web.Response:
             collection = self._handlers.collection(request)
@@ -59,7 +60,17 @@ class JoinPages:
             sign_in(request, response, self._handlers.store, worker)
             return response
 
-        return await self._handlers.run(make)
+        with self._counting_failures(request):
+            return await self._handlers.run(make)
+
+    @contextmanager
+    def _counting_failures(self, request: web.Request) -> Iterator[None]:
+        """Limit the failed attempts of an address. Others are not limited: behind a proxy all have the same one."""
+        try:
+            yield
+        except (BadInput, Forbidden, NotFound, Unauthenticated):
+            self._handlers.limit(f"join {request.remote}", TRIES_A_MINUTE)
+            raise
 
     def _by_link(self, collection: Collection, key: str) -> Worker:
         worker = self._handlers.store.workers.by_link(collection.name, key) if key else None
@@ -87,13 +98,13 @@ class JoinPages:
         return await self._handlers.run(make)
 
     async def _take_token(self, request: web.Request) -> web.StreamResponse:
-        self._handlers.limit(f"join {request.remote}", TRIES_A_MINUTE)
         check_origin(request)
         fields = await self._handlers.form(request)
-        caller = await self._access.authenticate(request, fields.get("token", "").strip())
-        if caller.role is not Role.HOST or caller.account is None:
-            raise Forbidden("the token is not one of a host")
-        account = caller.account
+        with self._counting_failures(request):
+            caller = await self._access.authenticate(request, fields.get("token", "").strip())
+            if caller.role is not Role.HOST or caller.account is None:
+                raise Forbidden("the token is not one of a host")
+            account = caller.account
 
         def make() -> web.Response:
             collection = self._handlers.collection(request)

@@ -11,7 +11,7 @@ CHANGES_A_MINUTE = 600
 """Requests of a worker that change state: a walk sends several a second."""
 
 TRIES_A_MINUTE = 30
-"""Requests of an address that try a link or token."""
+"""Requests of an address that try a wrong link or token."""
 
 _SECONDS = 60.0
 _MAX_KEYS = 10_000

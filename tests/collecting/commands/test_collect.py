@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from arramon_client.cli import main as client
 from arramon_collecting.storage.store import Store
 from arramon_collecting.storage.submissions import Play
 from arramon_dataset.release.files import read_release
 from arramon_server.cli import main
 from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.runs.storage.database import Database
-from tests import tiny
+from tests import forked, tiny
 from tests.collecting.collecting import TEXTS, WELL
 
 SETTINGS = """
@@ -154,6 +155,18 @@ def test_from_people_to_a_split(data: Path, capsys: pytest.CaptureFixture[str]) 
     capsys.readouterr()
     assert main(["stats", "--split", "street", "--lang", "en"]) == 0
     assert "paper" in capsys.readouterr().out
+
+
+def test_agents_play_an_export_at_once(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    created(capsys)
+    collect(data, ["0", "2"])
+    assert main(["collect", "export", "street"]) == 0
+    words = ["--agent", "agents.random_walk", "--split", "street", "--lang", "en", "--data", data]
+    played = forked.run(*words, "--output", tmp_path / "results", command=client)
+    assert played.returncode == 0, played.stderr
+    (result,) = (path for path in (tmp_path / "results").iterdir() if "receipt" not in path.name)
+    episodes = json.loads(result.read_text())["episodes"]
+    assert sorted(one["episode_id"] for one in episodes) == ["0", "2"]
 
 
 def test_an_export_replaces_only_its_own_split(data: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -101,8 +101,9 @@ def test_mail_is_queued_with_the_decision_or_not_at_all(field: Field) -> None:
 
 def test_imported_texts_are_accepted_mended_and_rejected_without_pay(field: Field) -> None:
     host = field.worker(role="host")
-    review = field.store.collections.create("review", "review", "en", "sample", field.collection.settings)
-    assert field.store.texts.add_imported(review, [(f"e{number}", TEXTS) for number in range(3)]) == 3
+    generated = [(f"e{number}", TEXTS) for number in range(3)]
+    settings = field.collection.settings
+    review = field.store.collections.create("review", "review", "en", "sample", settings, generated)
     first, second, third = field.store.texts.all("review", IN_REVIEW)
     reviews = field.store.reviews
     assert reviews.accept(review, first.text_id, 1, host).state == KEPT

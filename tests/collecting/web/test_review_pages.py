@@ -97,8 +97,9 @@ def test_a_text_is_sent_back_and_rejected_with_a_reason(site: VerifySite) -> Non
 
 
 def test_generated_texts_are_accepted_mended_or_flagged(site: VerifySite) -> None:
-    reviewed = site.store.collections.create("generated", "review", "hi", "tiny", site.collection.settings)
-    site.store.texts.add_imported(reviewed, [("1", TEXTS), ("2", TEXTS), ("4", TEXTS)])
+    generated = [("1", TEXTS), ("2", TEXTS), ("4", TEXTS)]
+    settings = site.collection.settings
+    reviewed = site.store.collections.create("generated", "review", "hi", "tiny", settings, generated)
     host, _ = site.store.workers.invite(reviewed, role="host")
     accepted, mended, flagged = site.store.texts.all("generated")
 
