@@ -142,7 +142,7 @@ def _adopt(arguments: argparse.Namespace) -> int:
 def _ended_runs(journal: Journal) -> list[str]:
     """Return the ids of all ended runs on splits of the data folder, the earliest first.
 
-    Others, such as verifications of collected texts, have their data elsewhere, are never published and have no receipts.
+    Others, such as verifications of collected texts, have their data elsewhere; they are never published.
     """
     found, last = [], None
     while page := journal.runs(1000, last):
