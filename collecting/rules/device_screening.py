@@ -54,7 +54,7 @@ def read_device(given: Any) -> Device:
     for name in ("width", "height"):
         if type(given.get(name)) is not int or not 1 <= given[name] <= MAX_PIXELS:
             raise BadInput(f"{name} is no whole number from 1 to {MAX_PIXELS}")
-    frame_ms = given.get("frame_ms")
+    frame_ms: Any = given.get("frame_ms")
     if type(frame_ms) not in (int, float) or not math.isfinite(frame_ms) or not 0 <= frame_ms <= MAX_MILLISECONDS:
         raise BadInput(f"frame_ms is no number from 0 to {MAX_MILLISECONDS:g}")
     return Device(given["keyboard"], given["touch"], given["width"], given["height"], round(float(frame_ms), 2))

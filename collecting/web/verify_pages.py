@@ -18,6 +18,7 @@ from arramon_collecting.web.verify_socket import VerifySockets
 from arramon_server.errors import Conflict, NotFound
 from arramon_server.runs.storage.causes import FORFEITED
 from arramon_server.runs.storage.journal import Journal
+from arramon_server.web.page_texts import PageTexts
 
 TASK = f"{BASE}/verify/{{task:[0-9a-f]{{32}}}}"
 
@@ -192,7 +193,7 @@ def _play_of(run_id: str, result: WalkResult, flags: tuple[str, ...]) -> Play:
     return Play(run_id, result.ndtw, result.ptc, result.cells, result.paths, flags, result.seconds)
 
 
-def _part_title(t: Any, part: str) -> str:
+def _part_title(t: PageTexts, part: str) -> str:
     turn, _, phase = part.partition("-")
     return t("collect_verify.part", turn=turn, phase=t(f"collect_verify.part_{phase}"))
 

@@ -11,6 +11,7 @@ from arramon_server.commands.journal import check_data_folder, open_journal
 from arramon_server.commands.void import checked_signing_key
 from arramon_server.configuration.config import Config
 from arramon_server.configuration.sources import add_flag
+from arramon_server.episodes.split_lookup import SEPARATOR
 from arramon_server.episodes.splits import read_split, read_splits
 from arramon_server.errors import BadInput, Conflict
 from arramon_server.runs.results.receipt_file import rescore_file
@@ -139,10 +140,13 @@ def _adopt(arguments: argparse.Namespace) -> int:
 
 
 def _ended_runs(journal: Journal) -> list[str]:
-    """Return the ids of all ended runs, the earliest first."""
+    """Return the ids of all ended runs on splits of the data folder, the earliest first.
+
+    Others, such as verifications of collected texts, have their data elsewhere; they are never published.
+    """
     found, last = [], None
     while page := journal.runs(1000, last):
-        found += [run.run_id for run in page if run.state != RUNNING]
+        found += [run.run_id for run in page if run.state != RUNNING and SEPARATOR not in run.split]
         last = page[-1]
     return found[::-1]
 

@@ -67,6 +67,7 @@ def test_agreement_of_a_worker_is_with_others_alone() -> None:
     ],
 )  # fmt: skip
 def test_alpha_over_flags(texts: dict[str, list[Walk]], expected: float | None) -> None:
+    pytest.importorskip("krippendorff", reason="it is an extra: pip install 'arramon-server[collecting]'")
     found = flag_alpha(texts, ["wrong"])
     assert found == (None if expected is None else pytest.approx(expected, abs=0.0005))
 

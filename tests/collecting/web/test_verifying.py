@@ -2,7 +2,10 @@
 
 import asyncio
 import json
-from collections.abc import Iterator
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +17,13 @@ from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1 import leaderboard_pb2 as lb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from arramon.v1.leaderboard_pb2_grpc import LeaderboardStub
+from arramon_server.runs.accounts.accounts import Accounts
+from arramon_server.runs.accounts.callers import Role
 from tests import tiny
 from tests.api.player import create
 from tests.collecting.web.verify_site import NAME, TEXTS, VerifySite, browsers, hello, verify_site
 from tests.serving import METADATA
+from tests.web.play.page_client import PageServer
 
 AWAY = (tiny.L, tiny.L, tiny.F)
 """Walks away until the step limit."""
@@ -283,13 +289,53 @@ def test_runs_of_verifications_are_nobody_else_s(site: VerifySite) -> None:
         told = evaluation.GetServerInfo(pb.GetServerInfoRequest(), metadata=METADATA)
         assert split not in {one.name for one in told.splits}
         assert run not in {one.run_id for one in evaluation.ListRuns(pb.ListRunsRequest(), metadata=METADATA).runs}
-        calls = [
-            lambda: evaluation.GetRun(pb.GetRunRequest(run_id=run), metadata=METADATA),
-            lambda: create(evaluation, split=split, language="hi"),
-            lambda: create(evaluation, split=f"collecting/{NAME}/{text.text_id}", language="hi"),
-            lambda: board.Publish(lb.PublishRequest(run_id=run), metadata=METADATA),
-        ]
-        for call in calls:
-            with pytest.raises(grpc.RpcError) as refused:
-                call()
-            assert refused.value.code() is grpc.StatusCode.NOT_FOUND
+        for call in (
+            partial(evaluation.GetRun, pb.GetRunRequest(run_id=run), metadata=METADATA),
+            partial(create, evaluation, split=split, language="hi"),
+            partial(create, evaluation, split=f"collecting/{NAME}/{text.text_id}", language="hi"),
+            partial(board.Publish, lb.PublishRequest(run_id=run), metadata=METADATA),
+        ):
+            assert refusal(call) is grpc.StatusCode.NOT_FOUND
+        as_host = (*METADATA, ("authorization", f"Bearer {Accounts(site.database).create_token('boss', Role.HOST)}"))
+        publish = partial(board.Publish, lb.PublishRequest(run_id=run), metadata=as_host)
+        assert refusal(publish) is grpc.StatusCode.FAILED_PRECONDITION
+    rescored = subprocess.run(
+        [sys.executable, "-m", "arramon_server", "rescore", "--all", "--data", str(site.data)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (rescored.returncode, rescored.stdout, rescored.stderr) == (0, "", "")
+
+
+def refusal(call: Callable[[], object]) -> grpc.StatusCode:
+    with pytest.raises(grpc.RpcError) as refused:
+        call()
+    code: grpc.StatusCode = refused.value.code()
+    return code
+
+
+def test_a_second_process_goes_on_with_the_task(site: VerifySite) -> None:
+    site.text(site.worker())
+    second = PageServer(site.data, "--steps", "20")
+
+    async def play() -> None:
+        async with browsers(site, site.worker()) as (person,):
+            path = person.claim()
+            async with person.socket(path) as client:
+                await hello(client)
+                await client.key(await client.until("state"), tiny.F)
+                await client.until("state")
+            person.pages = person.pages.replace(site.site, second.site)
+            async with person.socket(path, site=second.site) as client:
+                await hello(client)
+                state = await client.until("state")
+                assert state["step"] == 1
+                for action in tiny.ACTIONS[1:]:
+                    await client.key(state, action)
+                    while (state := await client.message())["type"] not in ("state", "run_ended"):
+                        pass
+            assert (await person.post(f"{path}/hand-in"))[0] == 303
+
+    asyncio.run(play())
+    assert second.stop() == 0

@@ -110,9 +110,9 @@ class Browser:
             return answer.status, answer.headers.get("Location") or await answer.text()
 
     @asynccontextmanager
-    async def socket(self, path: str) -> AsyncIterator[PageClient]:
+    async def socket(self, path: str, *, site: str = "") -> AsyncIterator[PageClient]:
         """The WebSocket of a page."""
-        headers = {**self.headers, "Origin": self.site.site}
+        headers = {**self.headers, "Origin": site or self.site.site}
         async with self.session.ws_connect(f"{self.pages}{path}/socket", headers=headers) as connection:
             yield PageClient(connection)
 
