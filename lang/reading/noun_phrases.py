@@ -124,6 +124,19 @@ class NounPhraseParser:
         """All words of noun phrases."""
         return self._book.vocabulary | self._after.vocabulary
 
+    def borrow(self, other: "NounPhraseParser") -> None:
+        """Add the nouns, adjectives and determiners of another language, which texts of this one may use."""
+        for own, borrowed in ((self._book, other._book), (self._after, other._after)):
+            for keys, word in borrowed.entries():
+                if isinstance(word, _WordSense) and word.role not in ("pronoun", "same"):
+                    own.add(keys, word)
+        self._patterned |= other._patterned
+        self.known_words |= other.vocabulary
+
+    def phrases(self) -> Iterator[tuple[str, ...]]:
+        """Yield the fixed phrases of nouns and adjectives."""
+        return (keys for keys, _ in self._book.entries())
+
     def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
         plural = frozenset(self._grammar.pair_marks)
         written: dict[str, set[tuple[str, ...]]] = {}

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from arramon_client.world import PHASES
@@ -98,6 +98,17 @@ class InstructionParser:
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
         self._excluded: dict[str | None, frozenset[str]] = {}
+
+    @property
+    def vocabulary(self) -> frozenset[str]:
+        """All words that the parser understands."""
+        return self._vocabulary
+
+    def phrases(self) -> Iterator[tuple[str, ...]]:
+        """Yield fixed phrases of the language, whose words stand beside each other in texts."""
+        yield from self.noun_phrase_parser.phrases()
+        if self.chunker is not None:
+            yield from self.chunker.phrases()
 
     def split(self, text: str) -> tuple[str, ...]:
         """Return the comparison keys of a text."""

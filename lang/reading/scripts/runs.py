@@ -1,0 +1,99 @@
+"""Division of a text into runs of one language each, where its clauses are of two languages."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from arramon_lang.reading.scripts.transcriber import Transcriber
+from arramon_lang.tokens import PAUSES, SENTENCE_ENDS
+
+_UNKNOWN, _OTHER_SCRIPT = 1.0, 2.0
+"""Costs of a word in a language that does not know it, and in one of another script."""
+
+_BORROWED, _SHARED = 0.05, 0.3
+"""Costs in the language's own sentences of a foreign noun, adjective or loan, and of a word that both languages have."""
+
+_AT_PAUSE, _AT_CONJUNCTION, _ELSEWHERE = 0.3, 0.4, 0.9
+"""Costs of changing the language: after punctuation, at a conjunction, and within a clause."""
+
+_MIN_FOREIGN = 2
+"""Minimum number of words of a foreign run that the language itself does not use."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Words that belong to one language."""
+
+    keys: tuple[str, ...]
+    is_foreign: bool
+
+
+def find_runs(
+    keys: Sequence[str], transcriber: Transcriber, foreign: Collection[str], conjunctions: Collection[str]
+) -> list[Run]:
+    """Return the runs of a text, at least one; the language changes where that explains most words.
+
+    Args:
+        keys: the text's words.
+        transcriber: knows which words are the language's own, and which it borrows.
+        foreign: vocabulary of the other language.
+        conjunctions: words at which the language often changes.
+    """
+    costs = [_costs(key, transcriber, foreign) for key in keys]
+    best, before = [(0.0, 0.0)], list[tuple[int, int]]()
+    for at, cost in enumerate(costs):
+        change = _change(keys, at, conjunctions)
+        came = [min((0, 1), key=lambda old, new=new: best[-1][old] + change * (old != new)) for new in (0, 1)]
+        before.append((came[0], came[1]))
+        best.append(
+            (
+                best[-1][came[0]] + change * (came[0] != 0) + cost[0],
+                best[-1][came[1]] + change * (came[1] != 1) + cost[1],
+            )
+        )
+    state = 0 if best[-1][0] <= best[-1][1] else 1
+    states: list[int] = []
+    for at in range(len(keys) - 1, -1, -1):
+        states.append(state)
+        state = before[at][state]
+    return _merged(keys, states[::-1], costs)
+
+
+def _costs(key: str, transcriber: Transcriber, foreign: Collection[str]) -> tuple[float, float]:
+    """Return the costs of a word in the language itself and in the other one."""
+    if not key[0].isalpha():
+        return 0.0, 0.0
+    if not key.isascii():
+        return 0.0, _OTHER_SCRIPT
+    other = 0.0 if key in foreign else _UNKNOWN
+    if transcriber.is_borrowed(key):
+        return _BORROWED, other
+    if transcriber.is_own(key):
+        return (_SHARED if key in foreign else 0.0), other
+    return _UNKNOWN, other
+
+
+def _change(keys: Sequence[str], at: int, conjunctions: Collection[str]) -> float:
+    if at == 0:
+        return 0.0
+    if keys[at - 1] in PAUSES or keys[at - 1] in SENTENCE_ENDS or keys[at - 1] in "!?":
+        return _AT_PAUSE
+    return _AT_CONJUNCTION if keys[at] in conjunctions else _ELSEWHERE
+
+
+def _merged(keys: Sequence[str], states: Sequence[int], costs: Sequence[tuple[float, float]]) -> list[Run]:
+    """Return the runs of equal states; foreign ones of too few foreign words belong to their neighbours."""
+    pieces: list[tuple[int, int]] = []
+    for at in range(len(keys)):
+        if not pieces or states[at] != states[pieces[-1][0]]:
+            pieces.append((at, at + 1))
+        else:
+            pieces[-1] = (pieces[-1][0], at + 1)
+    runs: list[Run] = []
+    for start, end in pieces:
+        truly = sum(own > _BORROWED for own, _ in costs[start:end])
+        run = Run(tuple(keys[start:end]), bool(states[start]) and truly >= _MIN_FOREIGN)
+        if runs and runs[-1].is_foreign == run.is_foreign:
+            runs[-1] = Run((*runs[-1].keys, *run.keys), run.is_foreign)
+        else:
+            runs.append(run)
+    return runs

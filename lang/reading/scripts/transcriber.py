@@ -1,0 +1,219 @@
+"""Transcription of texts in Latin letters, or with English words, into a language's own script and vocabulary."""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from arramon_lang.reading.noun_phrases import PRONOUN, NounPhraseParser
+from arramon_lang.reading.scripts.sounds import Sounds, distance
+from arramon_lang.tokens import LATIN
+
+_NEAR = 0.75
+"""Maximum distance at which a typed word is taken for a word of the vocabulary."""
+
+_NEAR_PER_SOUND = 0.1
+"""The same for each letter of the typed word's sound: short words must be nearer."""
+
+_NEIGHBOURS = 0.1
+"""Discount of a word that a phrase of the language has beside the word before or after it."""
+
+_LETTERS = 0.02
+"""Cost of each letter h that only one of two spellings has: of words that sound alike, the nearer in letters wins."""
+
+_LOAN = 0.3
+"""Maximum distance of a foreign word in the language's own script."""
+
+_MAX_PHRASE = 3
+"""Maximum number of words of an entry of [senses] and [short]."""
+
+_MAX_CHOICES = 5
+"""Maximum number of words that are considered for one typed word."""
+
+_IS_LATIN = re.compile(f"[{LATIN}]+(?:['’][{LATIN}]+)*$")
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A word that a typed word may stand for, and how unlike it sounds."""
+
+    text: str
+    cost: float
+
+
+class Transcriber:
+    """Transcribes words of one language's texts.
+
+    Args:
+        data: content of the language's `latin.toml`.
+        vocabulary: words of the language in its own script.
+        phrases: phrases of several words, whose neighbouring words decide between words that sound alike.
+        borrowed: noun phrases of the language from which words are borrowed; they are left as they are.
+    """
+
+    def __init__(
+        self,
+        data: Mapping[str, Any],
+        vocabulary: Iterable[str],
+        phrases: Iterable[Sequence[str]],
+        borrowed: NounPhraseParser,
+    ) -> None:
+        self._sounds = Sounds(data)
+        self._own = frozenset(word for word in vocabulary if not _IS_LATIN.match(word) and word[0].isalpha())
+        self._borrowed, self._foreign = borrowed, frozenset(borrowed.vocabulary)
+        self._short: Mapping[str, str] = data["short"]
+        self._senses: Mapping[str, str] = data["senses"]
+        self._pairs = {pair for phrase in phrases for pair in zip(phrase, phrase[1:], strict=False)}
+        self._by_first: dict[str, list[tuple[str, str]]] = defaultdict(list)
+        for word in sorted(self._own):
+            for sound in self._sounds.own(word):
+                self._by_first[_first(sound)].append((sound, word))
+        self._loans: dict[str, list[tuple[tuple[str, ...], str]]] = defaultdict(list)
+        for word, spellings in data["loans"].items():
+            for spelling in spellings:
+                for parts in self._all_sounds(spelling.split()):
+                    self._loans[_first(parts[0])].append((parts, word))
+        self._choices: dict[str, tuple[Choice, ...]] = {}
+        self._borrowings: dict[tuple[str, ...], str | None] = {}
+
+    def is_needed(self, keys: Sequence[str]) -> bool:
+        """Return whether a text has words in Latin letters, or foreign ones in the language's own letters."""
+        return any(_IS_LATIN.match(key) and key not in ("tv",) for key in keys) or any(
+            self.is_unknown(key) and self._borrowing((key,)) for key in keys
+        )
+
+    def is_unknown(self, key: str) -> bool:
+        """Return whether a word in the language's own letters is not in its vocabulary."""
+        return key not in self._own and key[0].isalpha() and not _IS_LATIN.match(key)
+
+    def is_own(self, key: str) -> bool:
+        """Return whether a word in Latin letters sounds like a word of the language, or is a short form of one."""
+        return key in self._short or any(choice.cost <= _LOAN for choice in self.choices(key))
+
+    def is_borrowed(self, key: str) -> bool:
+        """Return whether a foreign word is understood within sentences of the language."""
+        return key in self._senses or key in self._foreign
+
+    def transcribe(self, keys: Sequence[str]) -> list[str]:
+        """Return the text's words, those in Latin letters as words of the language or, if borrowed, as they are."""
+        found: list[str] = []
+        at = 0
+        while at < len(keys):
+            size, words = self._phrase(keys, at, found[-1] if found else "")
+            if not size:
+                size, words = 1, [self._best(keys, at, found[-1] if found else "")]
+            found += [word for text in words for word in text.split()]
+            at += size
+        return found
+
+    def choices(self, key: str) -> tuple[Choice, ...]:
+        """Return the words of the language that a typed word may stand for, the nearest first."""
+        if key not in self._choices:
+            typed = self._sounds.typed(key)
+            limit = min(_NEAR, _NEAR_PER_SOUND * len(typed))
+            nearest: dict[str, float] = {}
+            for sound, word in self._by_first.get(_first(typed), ()):
+                cost = distance(typed, sound)
+                if cost <= limit:
+                    cost += self._unlike_letters(key, word)
+                    nearest[word] = min(cost, nearest.get(word, cost))
+            ranked = sorted(nearest.items(), key=lambda each: (each[1], len(each[0]), each[0]))
+            self._choices[key] = tuple(Choice(word, cost) for word, cost in ranked[:_MAX_CHOICES])
+        return self._choices[key]
+
+    def _unlike_letters(self, key: str, word: str) -> float:
+        """Return a small cost for spellings that differ in aspirates or in length, of words that sound alike."""
+        spelt = self._sounds.spelt(word)
+        return _LETTERS * abs(key.count("h") - spelt.count("h")) + _LETTERS / 4 * abs(len(key) - len(spelt))
+
+    def _phrase(self, keys: Sequence[str], at: int, before: str) -> tuple[int, list[str]]:
+        """Return the number of words at `at` that belong together, and what they are in the language."""
+        if self.is_unknown(keys[at]) or (keys[at] in self._own and keys[at + 1 : at + 2]):
+            return self._borrowed_spelling(keys, at)
+        if not _IS_LATIN.match(keys[at]):
+            return 1, [keys[at]]
+        for size in range(_MAX_PHRASE, 1, -1):
+            phrase = " ".join(keys[at : at + size])
+            for table in (self._short, self._senses):
+                if phrase in table and len(keys) >= at + size:
+                    return size, [table[phrase]]
+        end = self._end_of_thing(keys, at)
+        if end > at + 1 or (end and keys[at] not in self._senses and keys[at] not in self._short):
+            return end - at, list(keys[at:end])
+        return 0, []
+
+    def _borrowed_spelling(self, keys: Sequence[str], at: int) -> tuple[int, list[str]]:
+        """Return foreign words that are spelt in the language's own letters as they are written in their own."""
+        for size in (2, 1):
+            written = keys[at : at + size]
+            foreign = self._borrowing(tuple(written)) if len(written) == size else None
+            if foreign is not None and (size > 1 or keys[at] not in self._own):
+                return size, [self._senses.get(foreign, foreign)]
+        return 1, [keys[at]]
+
+    def _borrowing(self, written: tuple[str, ...]) -> str | None:
+        if written not in self._borrowings:
+            nearest: list[tuple[float, str]] = []
+            for parts in self._all_sounds(written):
+                for known, word in self._loans.get(_first(parts[0]), ()):
+                    if len(known) == len(parts):
+                        nearest.append((max(map(distance, parts, known)), word))
+            cost, word = min(nearest, default=(_LOAN + 1.0, ""))
+            self._borrowings[written] = word if cost <= _LOAN else None
+        return self._borrowings[written]
+
+    def _all_sounds(self, words: Sequence[str]) -> list[tuple[str, ...]]:
+        return list(product(*map(self._sounds.own, words)))
+
+    def _end_of_thing(self, keys: Sequence[str], at: int) -> int:
+        """Return the index after the foreign noun phrase that begins at `at`; 0 if none does."""
+        named = [end for end, thing in self._borrowed.read(keys, at) if thing.reference != PRONOUN and thing.kind]
+        end = max((end for end in named if self._foreign.issuperset(keys[at:end])), default=0)
+        if not end and keys[at] in self._foreign and not self._own_choice(keys[at]):
+            return at + 1
+        return end
+
+    def _own_choice(self, key: str) -> bool:
+        return any(choice.cost <= _LETTERS for choice in self.choices(key))
+
+    def _best(self, keys: Sequence[str], at: int, before: str) -> str:
+        """Return the word that a typed word most likely stands for, by its sound and the word before it."""
+        key = keys[at]
+        if not _IS_LATIN.match(key):
+            return key
+        following = self._following(keys, at)
+        if key in self._short and not self._is_elsewhere(before, self._short[key], key, following):
+            return self._short[key]
+        if key in self._senses:
+            return self._senses[key]
+        ranked = [
+            (choice.cost - _NEIGHBOURS * self._count_pairs(before, choice.text, following), number, choice.text)
+            for number, choice in enumerate(self.choices(key))
+        ]
+        return min(ranked, default=(0.0, 0, key))[2]
+
+    def _following(self, keys: Sequence[str], at: int) -> tuple[str, ...]:
+        """Return what the next word most likely is."""
+        if not keys[at + 1 : at + 2]:
+            return ()
+        return tuple(choice.text for choice in self.choices(keys[at + 1])[:2]) or (keys[at + 1],)
+
+    def _count_pairs(self, before: str, word: str, following: Sequence[str]) -> int:
+        """Return with how many of its neighbours, 0 to 2, a word occurs in the language's phrases."""
+        return ((before, word) in self._pairs) + any((word, each) in self._pairs for each in following)
+
+    def _is_elsewhere(self, before: str, usual: str, key: str, following: Sequence[str]) -> bool:
+        """Return whether a word beside these neighbours is more likely another one than usual."""
+        fitting = self._count_pairs(before, usual, following)
+        return any(
+            self._count_pairs(before, choice.text, following) > fitting
+            for choice in self.choices(key)
+            if choice.cost <= _LOAN and choice.text != usual
+        )
+
+
+def _first(sound: str) -> str:
+    """Return a sound's first consonant, or "" if it begins with a vowel."""
+    return "" if not sound or sound[0] in "aeiou" else sound[0]
