@@ -200,6 +200,12 @@ class InstructionParser:
             text = re.sub(pattern, replacement, text)
         return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
 
+    def unify_variants(self, text: str) -> str:
+        """Return a text with the language's variant spellings and wordings unified."""
+        for pattern, replacement in self._grammar.reading:
+            text = re.sub(pattern, replacement, text)
+        return text
+
     def _correct(self, key: str) -> str:
         """Return the word, or the only known word with the same folded spelling or within one typing error."""
         if key in self._vocabulary or key in self._never_fuzzy:

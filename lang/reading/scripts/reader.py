@@ -28,12 +28,12 @@ class SecondScriptReader:
         own = frozenset(parser.vocabulary)
         self._transcriber = Transcriber(data, own, parser.phrases(), other.noun_phrase_parser)
         parser.noun_phrase_parser.borrow(other.noun_phrase_parser)
-        self._completions: Mapping[str, str] = data["completions"]
+        self._completions: Mapping[str, Sequence[str]] = data["completions"]
         self._conjunctions = frozenset(data["conjunctions"])
 
     def read(self, text: str, phase: str) -> Meaning:
         """Return the meaning of a text, as `InstructionParser.read` does."""
-        keys = self._parser.split(text)
+        keys = self._parser.split(self._parser.unify_variants(text))
         if not self._transcriber.is_needed(keys):
             return self._parser.read(text, phase)
         runs = find_runs(keys, self._transcriber, self._other.vocabulary, self._conjunctions)
@@ -46,7 +46,7 @@ class SecondScriptReader:
 
     def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns and mentioned things of a navigation text, as `InstructionParser.outline` does."""
-        keys = self._parser.split(text)
+        keys = self._parser.split(self._parser.unify_variants(text))
         if self._transcriber.is_needed(keys):
             text = " ".join(self._transcriber.transcribe(keys))
         return self._parser.outline(text)
@@ -59,19 +59,33 @@ class SecondScriptReader:
     def _meanings(self, run: Run, phase: str, number: int) -> Sequence[Meaning]:
         """Return the meaning of one run of a text, or nothing if it has none.
 
-        A run that names no target is read with a sentence that names one, as the languages' parsers expect, and
-        without that target.
+        A run that names no target is read with one, as the languages' parsers expect, and returned without it.
         """
         try:
             meaning = self._read_run(run, phase)
-            if isinstance(meaning, Navigation) and not meaning.target.kind:
-                completion = self._completions["foreign" if run.is_foreign else "own"]
-                completed = self._read_run(run, phase, completion)
-                if isinstance(completed, Navigation):
-                    meaning = Navigation(completed.steps, replace(meaning.target, where=()))
         except CannotRead:
-            return ()
-        return (map_mentions(meaning, lambda thing: _renamed(thing, number)),)
+            meaning = None
+        if phase == "navigation" and (meaning is None or not _target(meaning).kind):
+            meaning = self._completed(run, meaning)
+        return () if meaning is None else (map_mentions(meaning, lambda thing: _renamed(thing, number)),)
+
+    def _completed(self, run: Run, meaning: Meaning | None) -> Meaning | None:
+        """Return the meaning of a run that names no target."""
+        continued, further = self._completions["foreign" if run.is_foreign else "own"]
+        for completion, is_place in ((continued, True), (further, False)):
+            try:
+                completed = self._read_run(run, "navigation", completion)
+            except CannotRead:
+                continue
+            if isinstance(completed, Navigation) and not is_place:
+                return Navigation(completed.steps, _target(meaning) if meaning is not None else Thing(""))
+            if isinstance(completed, Navigation) and completed.target.where and not completed.steps:
+                return Navigation((), Thing("", where=completed.target.where))
+        return meaning
+
+
+def _target(meaning: Meaning) -> Thing:
+    return meaning.target if isinstance(meaning, Navigation) else meaning.thing
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,9 @@ from arramon_lang.tokens import PAUSES, SENTENCE_ENDS
 _UNKNOWN, _OTHER_SCRIPT = 1.0, 2.0
 """Costs of a word in a language that does not know it, and in one of another script."""
 
-_BORROWED, _SHARED = 0.05, 0.3
-"""Costs in the language's own sentences of a foreign noun, adjective or loan, and of a word that both languages have."""
+_BORROWED, _SHORT, _UNDERSTOOD, _SHARED = 0.1, 0.15, 0.35, 0.45
+"""Costs in the language's own sentences of a foreign noun, adjective or loan, of a usual short form that is also a
+foreign word ("me"), of another foreign word that they may contain, and of one that sounds like one of the language's."""
 
 _AT_PAUSE, _AT_CONJUNCTION, _ELSEWHERE = 0.3, 0.4, 0.9
 """Costs of changing the language: after punctuation, at a conjunction, and within a clause."""
@@ -67,8 +68,10 @@ def _costs(key: str, transcriber: Transcriber, foreign: Collection[str]) -> tupl
     other = 0.0 if key in foreign else _UNKNOWN
     if transcriber.is_borrowed(key):
         return _BORROWED, other
+    if transcriber.has_sense(key):
+        return _UNDERSTOOD, other
     if transcriber.is_own(key):
-        return (_SHARED if key in foreign else 0.0), other
+        return (0.0 if key not in foreign else _SHORT if transcriber.is_short(key) else _SHARED), other
     return _UNKNOWN, other
 
 

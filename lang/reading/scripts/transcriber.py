@@ -23,8 +23,8 @@ _NEIGHBOURS = 0.1
 _LETTERS = 0.02
 """Cost of each letter h that only one of two spellings has: of words that sound alike, the nearer in letters wins."""
 
-_LOAN = 0.3
-"""Maximum distance of a foreign word in the language's own script."""
+_LOAN = 0.2
+"""Maximum distance of a foreign word in the language's own script, and of a word that is surely the language's own."""
 
 _MAX_PHRASE = 3
 """Maximum number of words of an entry of [senses] and [short]."""
@@ -75,6 +75,8 @@ class Transcriber:
             for spelling in spellings:
                 for parts in self._all_sounds(spelling.split()):
                     self._loans[_first(parts[0])].append((parts, word))
+        self._loan_words = frozenset(data["loans"])
+        self._known = frozenset(data["known"])
         self._choices: dict[str, tuple[Choice, ...]] = {}
         self._borrowings: dict[tuple[str, ...], str | None] = {}
 
@@ -86,15 +88,23 @@ class Transcriber:
 
     def is_unknown(self, key: str) -> bool:
         """Return whether a word in the language's own letters is not in its vocabulary."""
-        return key not in self._own and key[0].isalpha() and not _IS_LATIN.match(key)
+        return not (key in self._own or key in self._known or _IS_LATIN.match(key)) and key[0].isalpha()
 
     def is_own(self, key: str) -> bool:
         """Return whether a word in Latin letters sounds like a word of the language, or is a short form of one."""
         return key in self._short or any(choice.cost <= _LOAN for choice in self.choices(key))
 
+    def is_short(self, key: str) -> bool:
+        """Return whether a word is a usual short form of one of the language's."""
+        return bool(self._short.get(key))
+
     def is_borrowed(self, key: str) -> bool:
-        """Return whether a foreign word is understood within sentences of the language."""
-        return key in self._senses or key in self._foreign
+        """Return whether a word is a foreign noun, adjective or loan, which sentences of the language use."""
+        return key not in self._short and (key in self._loan_words or (key in self._foreign and key not in self._senses))
+
+    def has_sense(self, key: str) -> bool:
+        """Return whether another foreign word is understood within sentences of the language."""
+        return key in self._senses
 
     def transcribe(self, keys: Sequence[str]) -> list[str]:
         """Return the text's words, those in Latin letters as words of the language or, if borrowed, as they are."""
