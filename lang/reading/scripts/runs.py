@@ -1,7 +1,7 @@
 """Division of a text into runs of one language each, where its clauses are of two languages."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from arramon_lang.reading.scripts.transcriber import Transcriber
 from arramon_lang.tokens import PAUSES, SENTENCE_ENDS
@@ -56,7 +56,23 @@ def find_runs(
     for at in range(len(keys) - 1, -1, -1):
         states.append(state)
         state = before[at][state]
-    return _merged(keys, states[::-1], costs)
+    return _unfinished_apart(_merged(keys, states[::-1], costs))
+
+
+def _unfinished_apart(runs: Sequence[Run]) -> list[Run]:
+    """Return the runs with a sentence that goes on in the next run as a run of its own."""
+    parts: list[Run] = []
+    for number, run in enumerate(runs):
+        ends = [at for at, key in enumerate(run.keys, 1) if _ends_sentence(key)]
+        if number + 1 < len(runs) and ends and ends[-1] < len(run.keys):
+            parts += (replace(run, keys=run.keys[: ends[-1]]), replace(run, keys=run.keys[ends[-1] :]))
+        else:
+            parts.append(run)
+    return parts
+
+
+def _ends_sentence(key: str) -> bool:
+    return key in SENTENCE_ENDS or key in "!?"
 
 
 def _costs(key: str, transcriber: Transcriber, foreign: Collection[str]) -> tuple[float, float]:
@@ -78,7 +94,7 @@ def _costs(key: str, transcriber: Transcriber, foreign: Collection[str]) -> tupl
 def _change(keys: Sequence[str], at: int, conjunctions: Collection[str]) -> float:
     if at == 0:
         return 0.0
-    if keys[at - 1] in PAUSES or keys[at - 1] in SENTENCE_ENDS or keys[at - 1] in "!?":
+    if keys[at - 1] in PAUSES or _ends_sentence(keys[at - 1]):
         return _AT_PAUSE
     return _AT_CONJUNCTION if keys[at] in conjunctions else _ELSEWHERE
 
