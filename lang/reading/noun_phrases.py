@@ -137,6 +137,13 @@ class NounPhraseParser:
         """Yield the fixed phrases of nouns and adjectives."""
         return (keys for keys, _ in self._book.entries())
 
+    def describes(self, key: str) -> bool:
+        """Return whether a word by itself is a colour or a look, or a noun with a look."""
+        return any(
+            end == 1 and (word.role in ("colour", "look") or (word.role == "noun" and bool(word.look)))
+            for end, word in self._words(self._book, (key,), 0)
+        )
+
     def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
         plural = frozenset(self._grammar.pair_marks)
         written: dict[str, set[tuple[str, ...]]] = {}

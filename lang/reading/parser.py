@@ -104,6 +104,21 @@ class InstructionParser:
         """All words that the parser understands."""
         return self._vocabulary
 
+    @property
+    def written_words(self) -> frozenset[str]:
+        """Words of texts that the grammar writes: inflected words, nouns and adjectives."""
+        forms = (form for forms in self._grammar.word_forms().values() for form in forms)
+        nouns = (form for lexemes in self._grammar.nouns.values() for lexeme in lexemes for _, form in lexeme.forms)
+        tables = (
+            text
+            for table in self._grammar.tables.values()
+            for patterns in table.values.values()
+            for pattern in patterns
+            if pattern.weight
+            for text in self._grammar.spellings(pattern)
+        )
+        return frozenset(word for text in (*forms, *nouns, *tables) for word in self.split(text))
+
     def phrases(self) -> Iterator[tuple[str, ...]]:
         """Yield fixed phrases of the language, whose words stand beside each other in texts."""
         yield from self.noun_phrase_parser.phrases()
@@ -198,7 +213,7 @@ class InstructionParser:
         """
         for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
-        return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
+        return tuple(map(self.correct, self.split(self._tokenizer.normalise(text))))
 
     def unify_variants(self, text: str) -> str:
         """Return a text with the language's variant spellings and wordings unified."""
@@ -206,7 +221,7 @@ class InstructionParser:
             text = re.sub(pattern, replacement, text)
         return text
 
-    def _correct(self, key: str) -> str:
+    def correct(self, key: str) -> str:
         """Return the word, or the only known word with the same folded spelling or within one typing error."""
         if key in self._vocabulary or key in self._never_fuzzy:
             return key

@@ -26,7 +26,15 @@ class SecondScriptReader:
     def __init__(self, parser: InstructionParser, data: Mapping[str, Any], other: InstructionParser) -> None:
         self._parser, self._other = parser, other
         own = frozenset(parser.vocabulary)
-        self._transcriber = Transcriber(data, own, parser.phrases(), other.noun_phrase_parser)
+        self._transcriber = Transcriber(
+            data,
+            own,
+            parser.written_words,
+            parser.phrases(),
+            parser.noun_phrase_parser,
+            other.noun_phrase_parser,
+            other.correct,
+        )
         parser.noun_phrase_parser.borrow(other.noun_phrase_parser)
         self._completions: Mapping[str, Sequence[str]] = data["completions"]
         self._conjunctions = frozenset(data["conjunctions"])
@@ -48,13 +56,13 @@ class SecondScriptReader:
         """Return the turns and mentioned things of a navigation text, as `InstructionParser.outline` does."""
         keys = self._parser.split(self._parser.unify_variants(text))
         if self._transcriber.is_needed(keys):
-            text = " ".join(self._transcriber.transcribe(keys))
+            text = self._transcriber.transcribe(keys)
         return self._parser.outline(text)
 
     def _read_run(self, run: Run, phase: str, completion: str = "") -> Meaning:
         if run.is_foreign:
             return self._other.read(" ".join((*run.keys, completion)), phase)
-        return self._parser.read(" ".join((*self._transcriber.transcribe(run.keys), completion)), phase)
+        return self._parser.read(f"{self._transcriber.transcribe(run.keys)} {completion}", phase)
 
     def _meanings(self, run: Run, phase: str, number: int) -> Sequence[Meaning]:
         """Return the meaning of one run of a text, or nothing if it has none.

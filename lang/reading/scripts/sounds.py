@@ -142,11 +142,22 @@ def _folded(word: str, folding: Sequence[tuple[re.Pattern[str], str]]) -> str:
 
 
 def _without_silent(parts: Sequence[str]) -> str:
-    """Return the joined parts; inherent vowels are silent at the end, and between a vowel and a consonant's vowel."""
-    word = "".join(parts)
-    word = re.sub("@$", "", word)
-    word = re.sub(f"(?<=[{VOWELS}])([^{VOWELS}@]+)@(?=[^{VOWELS}@]+[{VOWELS}])", r"\1", word)
+    """Return the joined parts; inherent vowels are silent at the end, and before a consonant between two vowels.
+
+    From the end: a vowel that is heard keeps the one before it silent no more.
+    """
+    word = re.sub("@$", "", "".join(parts))
+    for at in range(len(word) - 1, 0, -1):
+        if word[at] == "@" and _BEFORE_SILENT.search(word[:at]) and _AFTER_SILENT.match(word[at + 1 :]):
+            word = word[:at] + word[at + 1 :]
     return word.replace("@", "a")
+
+
+_ONE_CONSONANT = f"(?:[kgcjtdpbs]h|[^{VOWELS}@])"
+
+_BEFORE_SILENT = re.compile(f"[{VOWELS}@]{_ONE_CONSONANT}$")
+
+_AFTER_SILENT = re.compile(f"{_ONE_CONSONANT}[{VOWELS}@]")
 
 
 @lru_cache(maxsize=8)

@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -25,6 +25,9 @@ _LETTERS = 0.02
 
 _LOAN = 0.2
 """Maximum distance of a foreign word in the language's own script, and of a word that is surely the language's own."""
+
+_UNUSUAL = 0.03
+"""Cost of words that are only read."""
 
 _MAX_PHRASE = 3
 """Maximum number of words of an entry of [senses] and [short]."""
@@ -49,20 +52,29 @@ class Transcriber:
     Args:
         data: content of the language's `latin.toml`.
         vocabulary: words of the language in its own script.
+        usual: those of them that texts are written with: preferred to others that sound alike.
         phrases: phrases of several words, whose neighbouring words decide between words that sound alike.
+        nouns: noun phrases of the language itself.
         borrowed: noun phrases of the language from which words are borrowed; they are left as they are.
+        correct: corrects typing errors of that language.
     """
 
     def __init__(
         self,
         data: Mapping[str, Any],
         vocabulary: Iterable[str],
+        usual: Collection[str],
         phrases: Iterable[Sequence[str]],
+        nouns: NounPhraseParser,
         borrowed: NounPhraseParser,
+        correct: Callable[[str], str],
     ) -> None:
         self._sounds = Sounds(data)
         self._own = frozenset(word for word in vocabulary if not _IS_LATIN.match(word) and word[0].isalpha())
-        self._borrowed, self._foreign = borrowed, frozenset(borrowed.vocabulary)
+        self._nouns, self._own_nouns, self._usual = nouns, frozenset(nouns.vocabulary), frozenset(usual)
+        self._borrowed, self._foreign, self._correct = borrowed, frozenset(borrowed.vocabulary), correct
+        self._having = frozenset(data["having"])
+        self._rewriting = [(re.compile(rule["pattern"]), rule["words"]) for rule in data["rewriting"]]
         self._short: Mapping[str, str] = data["short"]
         self._senses: Mapping[str, str] = data["senses"]
         self._pairs = {pair for phrase in phrases for pair in zip(phrase, phrase[1:], strict=False)}
@@ -106,17 +118,31 @@ class Transcriber:
         """Return whether another foreign word is understood within sentences of the language."""
         return key in self._senses
 
-    def transcribe(self, keys: Sequence[str]) -> list[str]:
-        """Return the text's words, those in Latin letters as words of the language or, if borrowed, as they are."""
+    def transcribe(self, keys: Sequence[str]) -> str:
+        """Return a text in which words in Latin letters are the language's own or, if borrowed, as they are."""
+        keys = [self._corrected(key) for key in keys]
         found: list[str] = []
         at = 0
         while at < len(keys):
-            size, words = self._phrase(keys, at, found[-1] if found else "")
+            size, words = self._phrase(keys, at)
             if not size:
                 size, words = 1, [self._best(keys, at, found[-1] if found else "")]
-            found += [word for text in words for word in text.split()]
+            words = [word for text in words for word in text.split()]
+            if words and words[0] in self._having and found and self._borrowed.describes(found[-1]):
+                words = words[1:]  # "Triangle wala banner" is "triangle banner".
+            found += words
             at += size
-        return found
+        text = " ".join(found)
+        for pattern, replacement in self._rewriting:
+            text = pattern.sub(replacement, text)
+        return text
+
+    def _corrected(self, key: str) -> str:
+        """Return a word, or the foreign noun or adjective that it is misspelt for."""
+        if not _IS_LATIN.match(key) or key in self._foreign or key in self._senses or key in self._short:
+            return key
+        corrected = self._correct(key)
+        return corrected if corrected in self._foreign and not self.is_own(key) else key
 
     def choices(self, key: str) -> tuple[Choice, ...]:
         """Return the words of the language that a typed word may stand for, the nearest first."""
@@ -127,7 +153,7 @@ class Transcriber:
             for sound, word in self._by_first.get(_first(typed), ()):
                 cost = distance(typed, sound)
                 if cost <= limit:
-                    cost += self._unlike_letters(key, word)
+                    cost += self._unlike_letters(key, word) + _UNUSUAL * (word not in self._usual)
                     nearest[word] = min(cost, nearest.get(word, cost))
             ranked = sorted(nearest.items(), key=lambda each: (each[1], len(each[0]), each[0]))
             self._choices[key] = tuple(Choice(word, cost) for word, cost in ranked[:_MAX_CHOICES])
@@ -138,12 +164,10 @@ class Transcriber:
         spelt = self._sounds.spelt(word)
         return _LETTERS * abs(key.count("h") - spelt.count("h")) + _LETTERS / 4 * abs(len(key) - len(spelt))
 
-    def _phrase(self, keys: Sequence[str], at: int, before: str) -> tuple[int, list[str]]:
+    def _phrase(self, keys: Sequence[str], at: int) -> tuple[int, list[str]]:
         """Return the number of words at `at` that belong together, and what they are in the language."""
-        if self.is_unknown(keys[at]) or (keys[at] in self._own and keys[at + 1 : at + 2]):
-            return self._borrowed_spelling(keys, at)
         if not _IS_LATIN.match(keys[at]):
-            return 1, [keys[at]]
+            return self._own_phrase(keys, at)
         for size in range(_MAX_PHRASE, 1, -1):
             phrase = " ".join(keys[at : at + size])
             for table in (self._short, self._senses):
@@ -154,12 +178,15 @@ class Transcriber:
             return end - at, list(keys[at:end])
         return 0, []
 
-    def _borrowed_spelling(self, keys: Sequence[str], at: int) -> tuple[int, list[str]]:
-        """Return foreign words that are spelt in the language's own letters as they are written in their own."""
+    def _own_phrase(self, keys: Sequence[str], at: int) -> tuple[int, list[str]]:
+        """Return words in the language's own letters, foreign ones as they are written in their own."""
+        ends = [end for end, thing in self._nouns.read(keys, at) if thing.kind]
+        if keys[at] in self._own and (ends or keys[at] not in self._own_nouns):
+            return 1, [keys[at]]
         for size in (2, 1):
-            written = keys[at : at + size]
-            foreign = self._borrowing(tuple(written)) if len(written) == size else None
-            if foreign is not None and (size > 1 or keys[at] not in self._own):
+            written = tuple(keys[at : at + size])
+            foreign = self._borrowing(written) if len(written) == size else None
+            if foreign is not None and (foreign in self._senses or foreign in self._foreign or size > 1):
                 return size, [self._senses.get(foreign, foreign)]
         return 1, [keys[at]]
 
@@ -171,8 +198,14 @@ class Transcriber:
                     if len(known) == len(parts):
                         nearest.append((max(map(distance, parts, known)), word))
             cost, word = min(nearest, default=(_LOAN + 1.0, ""))
-            self._borrowings[written] = word if cost <= _LOAN else None
+            self._borrowings[written] = word if cost <= _LOAN else self._plural(written)
         return self._borrowings[written]
+
+    def _plural(self, written: tuple[str, ...]) -> str | None:
+        """Return the foreign plural in -s of a loan."""
+        stem = written[-1].removesuffix("स").removesuffix("्")
+        singular = self._borrowing((*written[:-1], stem)) if stem and stem != written[-1] else None
+        return f"{singular}s" if singular is not None and f"{singular}s" in self._foreign else None
 
     def _all_sounds(self, words: Sequence[str]) -> list[tuple[str, ...]]:
         return list(product(*map(self._sounds.own, words)))
@@ -181,9 +214,14 @@ class Transcriber:
         """Return the index after the foreign noun phrase that begins at `at`; 0 if none does."""
         named = [end for end, thing in self._borrowed.read(keys, at) if thing.reference != PRONOUN and thing.kind]
         end = max((end for end in named if self._foreign.issuperset(keys[at:end])), default=0)
-        if not end and keys[at] in self._foreign and not self._own_choice(keys[at]):
+        if end > at + 1 and keys[end : end + 1] and self._is_having(keys[end]):
+            end -= self._borrowed.describes(keys[end - 1])  # "Mug dots wala bowl ke paas": the dots are the bowl's.
+        if not end and keys[at] in self._foreign and (keys[at] in self._loan_words or not self._own_choice(keys[at])):
             return at + 1
         return end
+
+    def _is_having(self, key: str) -> bool:
+        return key in self._having or any(choice.text in self._having for choice in self.choices(key)[:1])
 
     def _own_choice(self, key: str) -> bool:
         return any(choice.cost <= _LETTERS for choice in self.choices(key))
