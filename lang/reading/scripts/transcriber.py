@@ -29,6 +29,9 @@ _LOAN = 0.2
 _UNUSUAL = 0.03
 """Cost of words that are only read."""
 
+_LONG_LOAN, _LONG = 0.3, 4
+"""The same for a foreign word of so many letters."""
+
 _MAX_PHRASE = 3
 """Maximum number of words of an entry of [senses] and [short]."""
 
@@ -180,8 +183,10 @@ class Transcriber:
 
     def _own_phrase(self, keys: Sequence[str], at: int) -> tuple[int, list[str]]:
         """Return words in the language's own letters, foreign ones as they are written in their own."""
-        ends = [end for end, thing in self._nouns.read(keys, at) if thing.kind]
-        if keys[at] in self._own and (ends or keys[at] not in self._own_nouns):
+        end = max((end for end, thing in self._nouns.read(keys, at) if thing.kind), default=0)
+        if end and self._own_nouns.issuperset(keys[at:end]):
+            return end - at, list(keys[at:end])
+        if keys[at] in self._own and keys[at] not in self._own_nouns:
             return 1, [keys[at]]
         for size in (2, 1):
             written = tuple(keys[at : at + size])
@@ -198,7 +203,8 @@ class Transcriber:
                     if len(known) == len(parts):
                         nearest.append((max(map(distance, parts, known)), word))
             cost, word = min(nearest, default=(_LOAN + 1.0, ""))
-            self._borrowings[written] = word if cost <= _LOAN else self._plural(written)
+            limit = _LONG_LOAN if len("".join(written)) >= _LONG else _LOAN
+            self._borrowings[written] = word if cost <= limit else self._plural(written)
         return self._borrowings[written]
 
     def _plural(self, written: tuple[str, ...]) -> str | None:
