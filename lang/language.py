@@ -44,7 +44,7 @@ class Language:
 
     Args:
         folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
-            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml` and `latin.toml`, described in their own
+            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, `latin.toml` and `typing.toml`, described in their own
             comments.
 
     Attributes:
@@ -168,7 +168,12 @@ class Language:
     @cached_property
     def _parser(self) -> InstructionParser:
         return InstructionParser(
-            self.grammar, self._words, self._relation_words, self._tokenizer, self._optional_file("chunks")
+            self.grammar,
+            self._words,
+            self._relation_words,
+            self._tokenizer,
+            self._optional_file("chunks"),
+            self._optional_file("typing"),
         )
 
     @cached_property

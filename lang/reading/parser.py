@@ -21,6 +21,7 @@ from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phr
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.outline import OutlineEntry, entries_of
 from arramon_lang.reading.segmentation import TextSegmenter
+from arramon_lang.reading.typing_errors import TypingCorrector
 from arramon_lang.tokens import ScriptTokenizer
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
@@ -40,6 +41,7 @@ class InstructionParser:
         tokenizer: the language's tokenizer.
         chunks: content of its `chunks.toml`, for texts that the written phrases do not cover; None to parse those
             texts by phrases alone.
+        typing: content of its `typing.toml`, to correct typing errors; None to correct single long words alone.
     """
 
     def __init__(
@@ -49,6 +51,7 @@ class InstructionParser:
         relations: Mapping[str, Any],
         tokenizer: ScriptTokenizer,
         chunks: Mapping[str, Any] | None = None,
+        typing: Mapping[str, Any] | None = None,
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
@@ -97,6 +100,7 @@ class InstructionParser:
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
+        self._typing = None if typing is None else TypingCorrector(self._vocabulary | self._never_fuzzy, typing)
         self._excluded: dict[str | None, frozenset[str]] = {}
 
     @property
@@ -213,7 +217,8 @@ class InstructionParser:
         """
         for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
-        return tuple(map(self.correct, self.split(self._tokenizer.normalise(text))))
+        keys = tuple(map(self.correct, self.split(self._tokenizer.normalise(text))))
+        return keys if self._typing is None else self._typing.correct(keys)
 
     def unify_variants(self, text: str) -> str:
         """Return a text with the language's variant spellings and wordings unified."""
