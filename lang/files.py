@@ -65,7 +65,7 @@ _TOP: Mapping[str, frozenset[str]] = {
         "chunks": "position negation soft exactly also written_together suffixes relating_suffixes own slightly "
         "slight_more slightly_behind nominal_before nominal vowels endings verbs relations sides words looks "
         "turn_positions walks target_relations room_relations opposites verb_relations named_places groups",
-        "typing": "keyboard common known short",
+        "typing": "keyboard common known rewriting short",
         "latin": "borrows known having rewriting conjunctions completions inherent virama nasals consonants vowels heard folding short senses loans",
     }.items()
 }

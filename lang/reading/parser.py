@@ -100,7 +100,11 @@ class InstructionParser:
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
-        self._typing = None if typing is None else TypingCorrector(self._vocabulary | self._never_fuzzy, typing)
+        self._typing = None
+        if typing is not None:
+            naming = self.noun_phrase_parser.vocabulary
+            self._typing = TypingCorrector(self._vocabulary | self._never_fuzzy, naming, typing)
+            self._rewriting = [(re.compile(rule["pattern"]), rule["words"], rule["phases"]) for rule in typing["rewriting"]]
         self._excluded: dict[str | None, frozenset[str]] = {}
 
     @property
@@ -153,7 +157,7 @@ class InstructionParser:
         parts = written.items()
         is_written = written.is_covered_by(parts)
         if not is_written:
-            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
+            keys = self._without_asides(self._keys(self._unabbreviated(text, phase), self._grammar.free_reading))
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
                 return meaning
@@ -219,6 +223,13 @@ class InstructionParser:
             text = re.sub(pattern, replacement, text)
         keys = tuple(map(self.correct, self.split(self._tokenizer.normalise(text))))
         return keys if self._typing is None else self._typing.correct(keys)
+
+    def _unabbreviated(self, text: str, phase: str) -> str:
+        """Return a text with what terse notes leave out."""
+        for pattern, words, phases in () if self._typing is None else self._rewriting:
+            if phase in phases:
+                text = pattern.sub(words, text)
+        return text
 
     def unify_variants(self, text: str) -> str:
         """Return a text with the language's variant spellings and wordings unified."""

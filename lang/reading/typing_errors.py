@@ -17,10 +17,20 @@ _MAX_COST, _MAX_COST_OF_TWO = 1.4, 1.7
 """Maximum cost of a correction with one error, and with two."""
 
 _MARGIN = 0.2
-"""How much better the best correction must be than the second."""
+"""How much better the best correction must be than the second, but for one that only has another ending."""
+
+_FREQUENT, _FREQUENT_WORDS = 0.2, 60
+"""Discount of the most frequent words, and their number."""
+
+_NAMING = 0.35
+"""Discount of nouns and adjectives beside others: "the bule ball"."""
+
+_ENDING = 3
+"""Maximum number of letters by which two forms of a word differ at the end."""
 
 _SHORTEST, _SHORTEST_RARE, _SHORTEST_WITH_TWO = 3, 4, 7
-"""Letters that a word must have to be corrected; to one that is not common; and for two errors."""
+"""Letters that a word must have to be corrected; to one that is not common; and for two errors. Two letters are
+corrected to three alone."""
 
 _PARTS = 3
 """Maximum number of words that were typed without a space."""
@@ -33,20 +43,23 @@ class TypingCorrector:
 
     Args:
         vocabulary: words that the language's texts are read by.
+        naming: those of them that noun phrases consist of.
         data: content of a `typing.toml`: common, known, short and keyboard.
     """
 
-    def __init__(self, vocabulary: Collection[str], data: Mapping[str, Any]) -> None:
+    def __init__(self, vocabulary: Collection[str], naming: Collection[str], data: Mapping[str, Any]) -> None:
         self._vocabulary = frozenset(vocabulary)
         self._known = self._vocabulary | frozenset(data["known"])
         self._common = frozenset(data["common"]) & self._vocabulary
+        self._frequent = frozenset(data["common"][:_FREQUENT_WORDS])
+        self._naming = frozenset(naming)
         self._short: Mapping[str, str] = data["short"]
         self._beside = _keys_beside(data["keyboard"])
         self._by_length: dict[int, list[str]] = defaultdict(list)
         for word in sorted(self._vocabulary):
             if word.isalpha():
                 self._by_length[len(word)].append(word)
-        self._found: dict[str, tuple[str, ...]] = {}
+        self._ranked: dict[str, list[tuple[float, str]]] = {}
 
     def correct(self, keys: Sequence[str]) -> tuple[str, ...]:
         """Return a text's words with errors corrected; a word may become several, or two change where they divide."""
@@ -54,40 +67,46 @@ class TypingCorrector:
         at = 0
         while at < len(keys):
             moved = self._with_space_moved(keys[at : at + 2])
-            corrected += moved or self.words(keys[at])
+            before, after = corrected[-1] if corrected else "", keys[at + 1] if at + 1 < len(keys) else ""
+            corrected += moved or self.words(keys[at], before, after)
             at += 2 if moved else 1
         return tuple(corrected)
 
-    def words(self, key: str) -> tuple[str, ...]:
-        """Return the words that one stands for: itself if it is known, or if nothing is likely."""
-        if key not in self._found:
-            self._found[key] = self._words(key)
-        return self._found[key]
+    def words(self, key: str, before: str = "", after: str = "") -> tuple[str, ...]:
+        """Return the words that one stands for: itself if it is known, or if nothing is likely.
 
-    def _words(self, key: str) -> tuple[str, ...]:
+        Args:
+            key: the word.
+            before, after: its neighbours.
+        """
         if key in self._short:
             return tuple(self._short[key].split())
         if not self._is_unknown(key):
             return (key,)
-        ranked = sorted(self._candidates(key))
-        is_clear = len(ranked) == 1 or (len(ranked) > 1 and ranked[1][0] - ranked[0][0] >= _MARGIN)
+        if key not in self._ranked:
+            self._ranked[key] = sorted(self._candidates(key))
+        beside = (before in self._naming) + (after in self._naming)
+        ranked = sorted((cost - _NAMING * (beside > 0 and word in self._naming), word) for cost, word in self._ranked[key])
+        is_clear = bool(ranked) and all(
+            cost - ranked[0][0] >= _MARGIN or _differ_in_ending(word, ranked[0][1]) for cost, word in ranked[1:]
+        )
         divided = self._divided(key, _PARTS)
         if divided and not (is_clear and ranked[0][0] <= _COSTS["swap"]):
             return divided
         return (ranked[0][1],) if is_clear else (key,)
 
     def _is_unknown(self, key: str) -> bool:
-        return key not in self._known and len(key) >= _SHORTEST and key.isalpha() and key.isascii()
+        return self._is_odd(key) and len(key) >= _SHORTEST - 1
 
     def _candidates(self, key: str) -> Iterator[tuple[float, str]]:
         for length in range(len(key) - 1, len(key) + 2):
             for word in self._by_length.get(length, ()):
                 is_common = word in self._common
-                if not is_common and len(key) < _SHORTEST_RARE:
+                if (not is_common and len(key) < _SHORTEST_RARE) or (len(key) < _SHORTEST and len(word) != _SHORTEST):
                     continue
                 cost = self._cost(key, word)
                 if cost is not None:
-                    yield cost + (0.0 if is_common else _RARE), word
+                    yield cost + (-_FREQUENT if word in self._frequent else 0.0 if is_common else _RARE), word
 
     def _cost(self, key: str, word: str) -> float | None:
         """Return the cost of typing `key` for `word`, with one error, or two in a long word; None if it takes more."""
@@ -166,6 +185,12 @@ class TypingCorrector:
 
     def _is_odd(self, key: str) -> bool:
         return key.isalpha() and key.isascii() and key not in self._known
+
+
+def _differ_in_ending(one: str, other: str) -> bool:
+    """Return whether two words are forms of one, such as "toward" and "towards"."""
+    shorter, longer = sorted((one, other), key=len)
+    return len(shorter) > _ENDING and longer.startswith(shorter) and len(longer) - len(shorter) <= _ENDING
 
 
 def _keys_beside(rows: Sequence[str]) -> frozenset[tuple[str, str]]:
