@@ -255,6 +255,11 @@ class InstructionParser:
             self._corrected[key] = near[0] if len(near) == 1 else key
         return self._corrected[key]
 
+    def expand(self, key: str) -> tuple[str, ...]:
+        """Return the words that one stands for: without typing errors, and written in full."""
+        corrected = self.correct(key)
+        return (corrected,) if self._typing is None else self._typing.words(corrected)
+
     def _fold(self, word: str) -> str:
         """Return a word with spelling variants folded together."""
         for one, other in self._grammar.folding:

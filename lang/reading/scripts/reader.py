@@ -33,7 +33,7 @@ class SecondScriptReader:
             parser.phrases(),
             parser.noun_phrase_parser,
             other.noun_phrase_parser,
-            other.correct,
+            other.expand,
         )
         parser.noun_phrase_parser.borrow(other.noun_phrase_parser)
         self._completions: Mapping[str, Sequence[str]] = data["completions"]

@@ -59,7 +59,7 @@ class Transcriber:
         phrases: phrases of several words, whose neighbouring words decide between words that sound alike.
         nouns: noun phrases of the language itself.
         borrowed: noun phrases of the language from which words are borrowed; they are left as they are.
-        correct: corrects typing errors of that language.
+        expand: corrects typing errors of that language, and writes abbreviations in full.
     """
 
     def __init__(
@@ -70,12 +70,12 @@ class Transcriber:
         phrases: Iterable[Sequence[str]],
         nouns: NounPhraseParser,
         borrowed: NounPhraseParser,
-        correct: Callable[[str], str],
+        expand: Callable[[str], tuple[str, ...]],
     ) -> None:
         self._sounds = Sounds(data)
         self._own = frozenset(word for word in vocabulary if not _IS_LATIN.match(word) and word[0].isalpha())
         self._nouns, self._own_nouns, self._usual = nouns, frozenset(nouns.vocabulary), frozenset(usual)
-        self._borrowed, self._foreign, self._correct = borrowed, frozenset(borrowed.vocabulary), correct
+        self._borrowed, self._foreign, self._expand = borrowed, frozenset(borrowed.vocabulary), expand
         self._having = frozenset(data["having"])
         self._rewriting = [(re.compile(rule["pattern"]), rule["words"]) for rule in data["rewriting"]]
         self._short: Mapping[str, str] = data["short"]
@@ -123,7 +123,7 @@ class Transcriber:
 
     def transcribe(self, keys: Sequence[str]) -> str:
         """Return a text in which words in Latin letters are the language's own or, if borrowed, as they are."""
-        keys = [self._corrected(key) for key in keys]
+        keys = [part for key in keys for part in self._expanded(key)]
         found: list[str] = []
         at = 0
         while at < len(keys):
@@ -140,12 +140,12 @@ class Transcriber:
             text = pattern.sub(replacement, text)
         return text
 
-    def _corrected(self, key: str) -> str:
-        """Return a word, or the foreign noun or adjective that it is misspelt for."""
+    def _expanded(self, key: str) -> tuple[str, ...]:
+        """Return a word, or the foreign nouns and adjectives that it is short for or misspelt for."""
         if not _IS_LATIN.match(key) or key in self._foreign or key in self._senses or key in self._short:
-            return key
-        corrected = self._correct(key)
-        return corrected if corrected in self._foreign and not self.is_own(key) else key
+            return (key,)
+        words = self._expand(key)
+        return words if self._foreign.issuperset(words) and not self.is_own(key) else (key,)
 
     def choices(self, key: str) -> tuple[Choice, ...]:
         """Return the words of the language that a typed word may stand for, the nearest first."""
