@@ -17,7 +17,19 @@ from arramon_client.world import (
 )
 from arramon_lang.meaning import PLACES, RELATIONS, WAYS, WHICHES
 
-FILES = ("language", "lexicon", "relations", "grammar", "things", "phrases", "quality", "properties", "chunks", "latin", "typing")
+FILES = (
+    "language",
+    "lexicon",
+    "relations",
+    "grammar",
+    "things",
+    "phrases",
+    "quality",
+    "properties",
+    "chunks",
+    "latin",
+    "typing",
+)
 """Names of the files of a language, without their ending."""
 
 OPTIONAL_FILES = ("chunks", "latin", "typing")
@@ -66,7 +78,8 @@ _TOP: Mapping[str, frozenset[str]] = {
         "slight_more slightly_behind nominal_before nominal vowels endings verbs relations sides words looks "
         "turn_positions walks target_relations room_relations opposites verb_relations named_places groups",
         "typing": "keyboard common known rewriting short",
-        "latin": "borrows known having rewriting conjunctions completions inherent virama nasals consonants vowels heard folding short senses loans",
+        "latin": "borrows known having rewriting conjunctions completions inherent virama nasals "
+        "consonants vowels heard folding short senses loans",
     }.items()
 }
 """Keys of each file."""

@@ -44,8 +44,8 @@ class Language:
 
     Args:
         folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
-            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, `latin.toml` and `typing.toml`, described in their own
-            comments.
+            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, `latin.toml` and
+            `typing.toml`, described in their own comments.
 
     Attributes:
         code: name of the folder, such as "hi".

@@ -1,7 +1,7 @@
 """Scores of agents on a split's texts, and their paired drop on the same episodes with texts in other forms.
 
-    python -m benchmarks.agents.forms --data DIR [--split val_unseen] [--agents agents.follower,agents.vl] [--episodes N]
-                                      [--forms terse,romanised] [--json FILE]
+    python -m benchmarks.agents.forms --data DIR [--split val_unseen] [--agents agents.follower,agents.vl]
+                                      [--episodes N] [--forms terse,romanised] [--json FILE]
 
 Plays in process, with the server's rules and camera, the episodes of a split and of those that `arramon-server forms`
 wrote from it. A drop is the mean difference to the same episodes' first texts in the same language, with its 95%

@@ -2,10 +2,9 @@
 
     python -m benchmarks.instructions.written_forms [--half development|test] [--show N] [--no-play]
 
-40 texts of ten episodes of `val_unseen_paraphrased`, written from the annotated meanings alone before the reader knew any
-form but plain texts, in the voices of different people (`data/README.md`). The development half may be looked at, the test
-half is for figures. A turn is read right if its target is named right, and its assembly leads to its cell; CTC-3 is the
-follower's, the mean of both turns of the episodes.
+40 texts of ten episodes of `val_unseen_paraphrased`, written from the annotated meanings alone before the reader knew
+any form but plain texts, in the voices of different people (`data/README.md`). The development half may be looked at,
+the test half is for figures. CTC-3 is the follower's, beside its own with the grammar's texts of the same episodes.
 """
 
 import json
@@ -119,7 +118,8 @@ def main() -> None:
                 arguments.show -= 1
                 texts = written.episode.instructions[written.language][turn - 1]
                 missed = ", ".join(name for name, right in results.items() if not right)
-                print(f"{written.episode.episode_id}/{turn} {written.form}, {missed}: {texts.navigation} // {texts.assembly}")
+                print(f"{written.episode.episode_id}/{turn} {written.form}, {missed}:")
+                print(f"  {texts.navigation} // {texts.assembly}")
     every = [each for listed in rows.values() for each in listed]
     names = list(every[0])
     table = [

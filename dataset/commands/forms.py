@@ -13,11 +13,13 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     forms = commands.add_parser(
         "forms",
         parents=[common],
-        help="write splits with the same episodes and texts in other forms: terse, with typing errors, romanised, mixed",
+        help="write splits with the same episodes and texts as people type them: terse, romanised, mixed",
     )
     forms.add_argument("splits", nargs="+", metavar="SPLIT", help="name of an open split with generated texts")
     forms.add_argument("--forms", metavar="F,F", default="", help="forms, such as romanised,terse (default: all)")
-    forms.add_argument("--lang", metavar="CODES", default="", help="languages, such as en,hi (default: all that have the form)")
+    forms.add_argument(
+        "--lang", metavar="CODES", default="", help="languages, such as en,hi (default: all that have the form)"
+    )
     forms.add_argument("--seed", type=int, default=1, help="the same seed gives the same texts (default: 1)")
     forms.set_defaults(command=_forms)
 

@@ -38,7 +38,9 @@ class Bilingual:
             english = _SENTENCES.split(self.english.write(meaning, self.random, self.voices[0]))
             hindi = _SENTENCES.split(self.hindi.write(meaning, self.random, self.voices[1]))
             ends = _steps_told(english, self.english, meaning)
-            common = [(at, told) for at, told in _steps_told(hindi, self.hindi, meaning).items() if told in ends.values()]
+            common = [
+                (at, told) for at, told in _steps_told(hindi, self.hindi, meaning).items() if told in ends.values()
+            ]
             if common:
                 at, told = self.random.choice(common)
                 other = next(n for n, steps in ends.items() if steps == told)

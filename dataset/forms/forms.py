@@ -86,7 +86,9 @@ class FormWriter:
 def _not_straight(meaning: Meaning) -> Meaning:
     if not isinstance(meaning, Navigation):
         return meaning
-    steps = (replace(step, straight=False) if isinstance(step, Walk) and step.things else step for step in meaning.steps)
+    steps = (
+        replace(step, straight=False) if isinstance(step, Walk) and step.things else step for step in meaning.steps
+    )
     return replace(meaning, steps=tuple(steps))
 
 

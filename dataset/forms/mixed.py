@@ -1,9 +1,11 @@
 """Hindi texts with English words, in Latin letters (Hinglish) or in Devanagari."""
 
+import re
+from dataclasses import dataclass
 from random import Random
 
 from arramon_dataset.forms.romaniser import Romaniser
-from arramon_dataset.forms.tables import Replacement, replacements
+from arramon_dataset.forms.tables import replacements
 
 NOUNS, VERBS = 1, 2
 """Densities: English nouns and adjectives; verbs and directions as well."""
@@ -29,17 +31,24 @@ def with_loans(text: str, random: Random) -> str:
 
 
 def _with_english(text: str, density: int, random: Random, *, in_latin: bool) -> str:
-    usual: dict[Replacement, str] = {}
     for kind in ("acts", "things")[0 if density == VERBS else 1 :]:
         for replacement in replacements(kind):
             wordings = replacement.english if in_latin else replacement.loan
-
-            def replaced(found: str, replacement: Replacement = replacement, wordings: tuple[str, ...] = wordings) -> str:
-                if random.random() < _KEPT:
-                    return found
-                # One word a thing in one text, as people write; acts vary.
-                return usual.setdefault(replacement, random.choice(wordings))
-
-            text = replacement.hindi.sub(lambda match, replaced=replaced: replaced(match.group()), text)
-            usual.pop(replacement, None) if kind == "acts" else None
+            # One word a thing in one text, as people write; acts vary.
+            usual = random.choice(wordings) if kind == "things" else ""
+            text = replacement.hindi.sub(_Choice(wordings, usual, random), text)
     return text
+
+
+@dataclass(frozen=True, slots=True)
+class _Choice:
+    """Choice of what stands for a Hindi word: the usual wording if there is one, any, or the word itself."""
+
+    wordings: tuple[str, ...]
+    usual: str
+    random: Random
+
+    def __call__(self, match: re.Match[str]) -> str:
+        if self.random.random() < _KEPT:
+            return match.group()
+        return self.usual or self.random.choice(self.wordings)

@@ -103,13 +103,13 @@ def _sounds(word: str) -> Iterator[_Sound]:
 
 
 def _is_silent(sounds: list[_Sound], at: int) -> bool:
-    """Return whether an inherent vowel is silent: at the end, and between a vowel's consonant and a consonant's vowel."""
+    """Return whether an inherent vowel is silent: at the end, and before a consonant between two vowels."""
     if sounds[at].letter or sounds[at].kind != "vowel":
         return False
     if at + 1 == len(sounds):
         return sum(sound.kind == "vowel" for sound in sounds) > 1
     before = at >= 2 and sounds[at - 2].kind == "vowel"
-    after = (
-        at + 2 < len(sounds) and sounds[at + 1].kind == "consonant" and sounds[at + 2].kind == "vowel"
-    ) and sounds[at + 2].letter != ""
+    after = (at + 2 < len(sounds) and sounds[at + 1].kind == "consonant" and sounds[at + 2].kind == "vowel") and sounds[
+        at + 2
+    ].letter != ""
     return before and after

@@ -46,7 +46,8 @@ def write_form(data: Path, split: Split, form: str, languages: Sequence[str] = (
         data,
         form_split_name(split.name, form),
         hidden=False,
-        source=f"{PREFIX}{form} ({', '.join(codes)}), seed {seed}, of {split.name} {split.data_hash[:12]}: {split.source}",
+        source=f"{PREFIX}{form} ({', '.join(codes)}), seed {seed}, of {split.name} {split.data_hash[:12]}: "
+        f"{split.source}",
         episodes=[written[name] for name in split.episodes if name in written],
         sections=split.sections.values(),
         training=split.training,

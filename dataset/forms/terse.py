@@ -12,7 +12,8 @@ _NOUNS = {
     "tv": ("TV", "tv"), "phone_booth": ("phone booth",), "lamp_post": ("lamp post", "street light"),
     "traffic_light": ("traffic light", "lights"), "tyre_stack": ("tires", "tire stack"), "hydrant": ("hydrant",),
     "bin": ("trash can", "bin"), "bags": ("trash bags",), "stop_sign": ("stop sign",), "speed_sign": ("speed sign",),
-    "building": ("building", "bldg"), "zebra_crossing": ("zebra crossing", "crosswalk"), "intersection": ("intersection",),
+    "building": ("building", "bldg"), "zebra_crossing": ("zebra crossing", "crosswalk"),
+    "intersection": ("intersection",),
     "t_junction": ("T-junction",), "square": ("square",), "building_corner": ("corner of the building",),
     "street_end": ("end of the street",), "shop_sign": ("sign",), "you": ("you",), "": ("it",),
 }  # fmt: skip

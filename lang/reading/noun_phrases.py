@@ -238,7 +238,7 @@ class NounPhraseParser:
         if not is_unsuited:
             return longest
         # "लाल बिंदी वाला कटोरा": a red dot is a banner's, but red and dotted are a bowl's.
-        shorter = {end: named for end, named in self._read_adjectives(keys, start, shortest=True)[0]}
+        shorter = dict(self._read_adjectives(keys, start, shortest=True)[0])
         return [
             (end, shorter[end] if end in shorter and _says_more_than(shorter[end], named) else named)
             for end, named in longest

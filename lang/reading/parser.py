@@ -104,7 +104,9 @@ class InstructionParser:
         if typing is not None:
             naming = self.noun_phrase_parser.vocabulary
             self._typing = TypingCorrector(self._vocabulary | self._never_fuzzy, naming, typing)
-            self._rewriting = [(re.compile(rule["pattern"]), rule["words"], rule["phases"]) for rule in typing["rewriting"]]
+            self._rewriting = [
+                (re.compile(rule["pattern"]), rule["words"], rule["phases"]) for rule in typing["rewriting"]
+            ]
         self._excluded: dict[str | None, frozenset[str]] = {}
 
     @property

@@ -1,11 +1,12 @@
 """Correction of typing errors, bounded to a language's own vocabulary: no word is better than a wrong one."""
 
+import itertools
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 _COSTS = {"swap": 0.6, "double": 0.5, "missing": 0.8, "extra": 0.9, "neighbour": 0.8, "vowel": 0.9, "other": 1.3}
-"""Costs of one error: letters swapped, one for two of a letter or two for one, a letter missing or added, a wrong one."""
+"""Costs of one error: letters swapped, a letter once for twice or twice for once, missing, added, or wrong."""
 
 _FIRST = 0.7
 """Extra cost of an error in the first letter, which is seldom wrong."""
@@ -85,8 +86,10 @@ class TypingCorrector:
             return (key,)
         if key not in self._ranked:
             self._ranked[key] = sorted(self._candidates(key))
-        beside = (before in self._naming) + (after in self._naming)
-        ranked = sorted((cost - _NAMING * (beside > 0 and word in self._naming), word) for cost, word in self._ranked[key])
+        beside = before in self._naming or after in self._naming
+        ranked = sorted(
+            (cost - _NAMING * (beside > 0 and word in self._naming), word) for cost, word in self._ranked[key]
+        )
         is_clear = bool(ranked) and all(
             cost - ranked[0][0] >= _MARGIN or _differ_in_ending(word, ranked[0][1]) for cost, word in ranked[1:]
         )
@@ -197,7 +200,7 @@ def _keys_beside(rows: Sequence[str]) -> frozenset[tuple[str, str]]:
     """Return the pairs of letters whose keys touch; each row stands half a key further right than the one above."""
     pairs: set[tuple[str, str]] = set()
     for number, row in enumerate(rows):
-        pairs.update(zip(row, row[1:], strict=False))
+        pairs.update(itertools.pairwise(row))
         for at, key in enumerate(row):
             below = rows[number + 1] if number + 1 < len(rows) else ""
             pairs.update((key, other) for other in below[max(at - 1, 0) : at + 1])

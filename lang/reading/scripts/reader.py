@@ -1,7 +1,7 @@
 """Reader of texts in a second script, of texts with foreign words, and of texts whose clauses are of two languages."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from arramon_lang.coreference import map_mentions
@@ -102,7 +102,7 @@ class _Parts:
 
     steps: tuple[Step, ...] = ()
     turns: tuple[str, ...] = ()
-    thing: Thing = Thing("")
+    thing: Thing = field(default_factory=lambda: Thing(""))
     where: tuple[Where, ...] = ()
 
 

@@ -11,7 +11,7 @@ _UNKNOWN, _OTHER_SCRIPT = 1.0, 2.0
 
 _BORROWED, _SHORT, _UNDERSTOOD, _SHARED = 0.1, 0.15, 0.35, 0.45
 """Costs in the language's own sentences of a foreign noun, adjective or loan, of a usual short form that is also a
-foreign word ("me"), of another foreign word that they may contain, and of one that sounds like one of the language's."""
+foreign word ("me"), of another foreign word that they may contain, and of one that sounds like an own word."""
 
 _AT_PAUSE, _AT_CONJUNCTION, _ELSEWHERE = 0.3, 0.4, 0.9
 """Costs of changing the language: after punctuation, at a conjunction, and within a clause."""

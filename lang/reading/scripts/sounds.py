@@ -94,9 +94,7 @@ def distance(typed: str, own: str) -> float:
         return _vowel_distance(one[1], other[1])
     if min(len(one[0]), len(other[0])) < _MIN_CONSONANTS or one[0][0] != other[0][0]:
         return UNLIKE
-    return min(
-        (_CONSONANT + _vowel_distance(first, second) for first, second in _edited(one, other)), default=UNLIKE
-    )
+    return min((_CONSONANT + _vowel_distance(first, second) for first, second in _edited(one, other)), default=UNLIKE)
 
 
 def _edited(

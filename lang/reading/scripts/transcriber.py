@@ -4,7 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 from arramon_lang.reading.noun_phrases import PRONOUN, NounPhraseParser
@@ -73,6 +73,8 @@ class Transcriber:
         expand: Callable[[str], tuple[str, ...]],
     ) -> None:
         self._sounds = Sounds(data)
+        vocabulary = frozenset(vocabulary)
+        self._latin = frozenset(filter(_IS_LATIN.match, vocabulary))
         self._own = frozenset(word for word in vocabulary if not _IS_LATIN.match(word) and word[0].isalpha())
         self._nouns, self._own_nouns, self._usual = nouns, frozenset(nouns.vocabulary), frozenset(usual)
         self._borrowed, self._foreign, self._expand = borrowed, frozenset(borrowed.vocabulary), expand
@@ -80,7 +82,7 @@ class Transcriber:
         self._rewriting = [(re.compile(rule["pattern"]), rule["words"]) for rule in data["rewriting"]]
         self._short: Mapping[str, str] = data["short"]
         self._senses: Mapping[str, str] = data["senses"]
-        self._pairs = {pair for phrase in phrases for pair in zip(phrase, phrase[1:], strict=False)}
+        self._pairs = {pair for phrase in phrases for pair in pairwise(phrase)}
         self._by_first: dict[str, list[tuple[str, str]]] = defaultdict(list)
         for word in sorted(self._own):
             for sound in self._sounds.own(word):
@@ -97,7 +99,7 @@ class Transcriber:
 
     def is_needed(self, keys: Sequence[str]) -> bool:
         """Return whether a text has words in Latin letters, or foreign ones in the language's own letters."""
-        return any(_IS_LATIN.match(key) and key not in ("tv",) for key in keys) or any(
+        return any(_IS_LATIN.match(key) and key not in self._latin for key in keys) or any(
             self.is_unknown(key) and self._borrowing((key,)) for key in keys
         )
 
@@ -115,7 +117,9 @@ class Transcriber:
 
     def is_borrowed(self, key: str) -> bool:
         """Return whether a word is a foreign noun, adjective or loan, which sentences of the language use."""
-        return key not in self._short and (key in self._loan_words or (key in self._foreign and key not in self._senses))
+        return key not in self._short and (
+            key in self._loan_words or (key in self._foreign and key not in self._senses)
+        )
 
     def has_sense(self, key: str) -> bool:
         """Return whether another foreign word is understood within sentences of the language."""

@@ -247,7 +247,11 @@ class PostpositionRouteParser(SideParser):
     def _is_at_target(self, number: int) -> bool:
         """Return whether one walks to the target's place: "go to the left of the sign and take the mug"."""
         following = number + 1
-        while self.text.chunks[following : following + 1] and self.text.chunks[following].kind in ("comma", "and", "there"):
+        while self.text.chunks[following : following + 1] and self.text.chunks[following].kind in (
+            "comma",
+            "and",
+            "there",
+        ):
             following += 1
         is_side = bool(self._places) and self._places[-1].value in ("left_of", "right_of")
         return is_side and self._target is None and following == self.text.target()

@@ -145,7 +145,7 @@ class SideParser(RouteDraft):
         """Return whether the thing there stands beside the way and is passed: "past the red car on the right"."""
         if self.text.next_kind(number - 1) != THING or self.text.next_kind(number) != RELATION:
             return False
-        is_beside = self.text.chunks[number].things[0].kind not in CROSSED_KINDS + ("alley", *POINT_KINDS)
+        is_beside = self.text.chunks[number].things[0].kind not in (*CROSSED_KINDS, "alley", *POINT_KINDS)
         return is_beside and self.text.rules.is_in(self.text.chunks[number + 1].value, "passing")
 
     def _closing_verb(self, number: int) -> str:
