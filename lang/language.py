@@ -166,7 +166,8 @@ class Language:
         return self._reader.outline(text)
 
     @cached_property
-    def _parser(self) -> InstructionParser:
+    def parser(self) -> InstructionParser:
+        """The parser of texts in the language's own script."""
         return InstructionParser(
             self.grammar,
             self._words,
@@ -177,12 +178,16 @@ class Language:
         )
 
     @cached_property
-    def _reader(self) -> InstructionParser | SecondScriptReader:
+    def second_script(self) -> SecondScriptReader | None:
+        """The reader of texts in Latin letters and with words of another language; None without a `latin.toml`."""
         data = self._optional_file("latin")
         if data is None:
-            return self._parser
-        other = load(data["borrows"], self._folder.parent)
-        return SecondScriptReader(self._parser, data, other._parser)
+            return None
+        return SecondScriptReader(self.parser, data, load(data["borrows"], self._folder.parent).parser)
+
+    @property
+    def _reader(self) -> InstructionParser | SecondScriptReader:
+        return self.second_script or self.parser
 
     def _optional_file(self, name: str) -> Mapping[str, Any] | None:
         return read_file(self._folder, name) if (self._folder / f"{name}.toml").exists() else None

@@ -52,6 +52,10 @@ class SecondScriptReader:
             raise CannotRead(f"nothing understood in {text[:80]!r}")
         return joined(meanings)
 
+    def transcribe(self, text: str) -> str:
+        """Return a text in which words in Latin letters are the language's own or, if borrowed, as they are."""
+        return self._transcriber.transcribe(self._parser.split(self._parser.unify_variants(text)))
+
     def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns and mentioned things of a navigation text, as `InstructionParser.outline` does."""
         keys = self._parser.split(self._parser.unify_variants(text))

@@ -145,7 +145,8 @@ class PostpositionRouteParser(SideParser):
         elif chunk.kind in ("straight", "ahead") and not self._pending:
             if self._is_passing("through_between"):
                 self._walk_to_places()
-            self._walk_ahead()
+            if not (self._places and self._places[-1].value in ("to", "towards")):  # "Straight to the cone."
+                self._walk_ahead()
 
     def _handle_conjunction(self, kind: str) -> None:
         is_new = kind == THEN and self._joined in ("comma", "and")
