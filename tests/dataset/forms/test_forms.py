@@ -1,4 +1,4 @@
-"""Texts of generated episodes in other forms: deterministic, with their meaning, and refused where they do not exist."""
+"""Texts of generated episodes in other forms: deterministic, and with their meaning."""
 
 import re
 from dataclasses import replace

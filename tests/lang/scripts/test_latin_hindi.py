@@ -14,7 +14,8 @@ SAME = {
     "ped ke paas rakhi bindidar neeli gend utha lo",
     "romanised, other spellings": "daye muro lal cone tk sidhe jao or choraahe pe baaye muro. "
     "per k pass rakhi bindeedaar nili gaind uthaa lo",
-    "nouns": "dayen mudo. red cone tak seedhe jao aur intersection pe bayen mudo. tree ke paas rakhi dotted blue ball utha lo",
+    "nouns": "dayen mudo. red cone tak seedhe jao aur intersection pe bayen mudo. "
+    "tree ke paas rakhi dotted blue ball utha lo",
     "nouns and verbs": "right turn lo, red cone tak straight jao aur intersection pe left le lo. "
     "tree ke paas rakhi dotted blue ball pick kar lo",
     "loans": "राइट टर्न लो। रेड कोन तक स्ट्रेट जाओ और इंटरसेक्शन पर लेफ़्ट ले लो। ट्री के पास रखी डॉटेड ब्लू बॉल पिक कर लो।",
