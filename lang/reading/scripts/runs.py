@@ -43,20 +43,19 @@ def find_runs(
     best, before = [(0.0, 0.0)], list[tuple[int, int]]()
     for at, cost in enumerate(costs):
         change = _change(keys, at, conjunctions)
-        came = [min((0, 1), key=lambda old, new=new: best[-1][old] + change * (old != new)) for new in (0, 1)]
-        before.append((came[0], came[1]))
-        best.append(
-            (
-                best[-1][came[0]] + change * (came[0] != 0) + cost[0],
-                best[-1][came[1]] + change * (came[1] != 1) + cost[1],
-            )
-        )
+        stay_or_change = [[best[-1][old] + change * (old != new) for old in (0, 1)] for new in (0, 1)]
+        before.append((_cheaper(stay_or_change[0]), _cheaper(stay_or_change[1])))
+        best.append((min(stay_or_change[0]) + cost[0], min(stay_or_change[1]) + cost[1]))
     state = 0 if best[-1][0] <= best[-1][1] else 1
     states: list[int] = []
     for at in range(len(keys) - 1, -1, -1):
         states.append(state)
         state = before[at][state]
     return _unfinished_apart(_merged(keys, states[::-1], costs))
+
+
+def _cheaper(costs: Sequence[float]) -> int:
+    return 0 if costs[0] <= costs[1] else 1
 
 
 def _unfinished_apart(runs: Sequence[Run]) -> list[Run]:
