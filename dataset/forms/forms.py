@@ -63,7 +63,7 @@ class FormWriter:
         if self.form == "loans":
             return with_loans(text, self.random)
         if self.form == "terse" and self.language == "hi":
-            return terse_hindi(text)
+            return terse_hindi(text, phase)
         return self._from_meaning(lang.load(self.language).read(text, phase))
 
     def _from_meaning(self, meaning: Meaning) -> str:

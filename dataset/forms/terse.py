@@ -110,12 +110,33 @@ class TerseWriter:
         return self._joined(self.random.choice(("", "", "put", "place")) if named else "", named, placed)
 
 
-def terse_hindi(text: str) -> str:
-    """Return a Hindi text without its verbs of moving, picking up and placing, its clauses divided by commas."""
+_TURNED = "\x00"
+"""Stands for the verb of a turn that is kept."""
+
+_HINDI_TURNS = (
+    "(?:अपनी |अपने )?(बाईं|दाईं|बाएँ|दाएँ) ?(?:ओर|तरफ़|हाथ|दिशा में)? ?(?:(?:मुड़|घूम)(?:ें|िए|ो|कर)|"
+    "(?:मुड़|घूम) (?:जाएँ|जाइए|जाओ|लें|लीजिए|लो))"
+)
+
+
+def _room_turn(match: re.Match[str]) -> str:
+    return f"{'बाएँ' if match[1].startswith('बा') else 'दाएँ'} {_TURNED} "
+
+
+def terse_hindi(text: str, phase: str) -> str:
+    """Return a Hindi text without its verbs of moving, picking up and placing, its clauses divided by commas.
+
+    Turns are told by the side alone, but in the room, where a side alone would be a place.
+    """
+    if phase == "navigation":
+        turned = rf"(?<![{DEVANAGARI}]){_HINDI_TURNS}(?![{DEVANAGARI}])"
+        text = re.sub(turned, lambda match: {"बा": "बाएँ,", "दा": "दाएँ,"}[match[1][:2]], text)
+    else:
+        text = re.sub(rf"(?<![{DEVANAGARI}]){_HINDI_TURNS}(?![{DEVANAGARI}])[।,]? ?", _room_turn, text)
     bounded = rf"(?<![{DEVANAGARI}])(?:{_HINDI_VERBS})(?![{DEVANAGARI}])"
     text = re.sub(rf"(?<![{DEVANAGARI}])(अब|फिर|उसके बाद|इसके बाद|अंत में|और फिर)(?![{DEVANAGARI}]),?", ",", text)
     text = re.sub(rf"(?<![{DEVANAGARI}])(उसे|उसको|इसे|इसको) (?={_HINDI_VERBS})", "", text)
-    text = re.sub(bounded, ",", text)
+    text = re.sub(bounded, ",", text).replace(_TURNED, "मुड़कर")
     text = re.sub(rf"[,।]\s*और(?![{DEVANAGARI}])", ",", text.replace("।", ","))
     text = re.sub(r"(\s*,\s*)+", ", ", text).strip(" ,")
     return re.sub(r"\s+", " ", text)

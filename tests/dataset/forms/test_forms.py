@@ -104,7 +104,8 @@ def test_terse_notes() -> None:
     notes = TerseWriter(Random(1), ", ").write(read("Turn left at the bench. Pick up the red mug by the tree.", "en"))
     assert notes.startswith("left at bench, ")
     assert notes.endswith("red mug by tree")
-    assert terse_hindi(TEXT) == "बाएँ, लाल इमारत के पास से, चौराहे पर दाएँ, धारीदार हरी गेंद"
+    assert terse_hindi("दाईं ओर मुड़ें। मग को गेंद के पीछे रखें।", "assembly") == "दाएँ मुड़कर मग को गेंद के पीछे"
+    assert terse_hindi(TEXT, "navigation") == "बाएँ, लाल इमारत के पास से, चौराहे पर दाएँ, धारीदार हरी गेंद"
 
 
 def test_colloquial_wordings() -> None:
