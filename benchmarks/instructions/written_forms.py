@@ -4,7 +4,8 @@
 
 40 texts of ten episodes of `val_unseen_paraphrased`, written from the annotated meanings alone before the reader knew
 any form but plain texts, in the voices of different people (`data/README.md`). The development half may be looked at,
-the test half is for figures. CTC-3 is the follower's, beside its own with the grammar's texts of the same episodes.
+the test half is for figures. CTC-3 is the follower's, beside its own with the free paraphrases whose meaning they say
+again.
 """
 
 import json
@@ -18,7 +19,12 @@ import arramon_lang as lang
 from arramon_agents.follower import Agent as Follower
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instructions.assembly.visible_objects import whole_room
-from arramon_dataset.paraphrases.collection import HALVES, generated_episodes, paraphrased_section
+from arramon_dataset.paraphrases.collection import (
+    HALVES,
+    generated_episodes,
+    paraphrased_episodes,
+    paraphrased_section,
+)
 from arramon_dataset.paraphrases.room_facts import room_before
 from arramon_dataset.trial import play
 from arramon_lang.cell_grading import find_cell
@@ -28,6 +34,9 @@ from arramon_server.scoring.intervals import episode_moments, mean_bounds
 from benchmarks.common import parser_of, text_table
 from benchmarks.instructions.agreement import navigation_agrees
 from benchmarks.instructions.meanings import DATA, development_meanings
+
+ANNOTATED = "hi"
+"""Language of the paraphrases whose annotated meanings the texts say again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +87,7 @@ def results_of_turn(written: WrittenEpisode, turn: int) -> dict[str, bool]:
         cell = find_cell(assembly, whole_room(room_before(episode, turn)))[0]
     said = next(
         each.meaning
-        for each in development_meanings("hi")
+        for each in development_meanings(ANNOTATED)
         if (each.text.episode, each.text.turn) == (episode.episode_id, turn)
     )
     is_named = isinstance(navigation, Navigation) and (
@@ -102,14 +111,14 @@ def main() -> None:
     site = GenerationSite(paraphrased_section())
     rows: dict[str, list[dict[str, float]]] = defaultdict(list)
     plain: list[float] = []
-    originals = {episode.episode_id: episode for episode in generated_episodes()}
+    originals = {episode.episode_id: episode for episode in paraphrased_episodes()}
     for written in (each for each in written_episodes() if each.half == arguments.half):
         scores: Sequence[float] = ()
         if not arguments.no_play:
             world = site.in_episode(written.episode.layout)
             scores = [turn["CTC-3"] for turn in play(Follower(), written.episode, written.language, world).turns]
             original = originals[written.episode.episode_id]
-            plain += [turn["CTC-3"] for turn in play(Follower(), original, written.language, world).turns]
+            plain += [turn["CTC-3"] for turn in play(Follower(), original, ANNOTATED, world).turns]
         for turn in (1, 2):
             results = results_of_turn(written, turn)
             played = {"CTC-3": scores[turn - 1]} if scores else {}
@@ -131,7 +140,7 @@ def main() -> None:
         values = np.array([each["CTC-3"] for each in every]).reshape(-1, 2).mean(axis=1)
         bounds = mean_bounds(episode_moments(values[:, None], np.zeros(len(values), dtype=np.intp)))
         print(f"CTC-3 of all: {bounds.mean[0]:.2f} ({bounds.low[0]:.2f} to {bounds.high[0]:.2f})")
-        print(f"with the grammar's texts of the same episodes: {sum(plain) / len(plain):.2f}")
+        print(f"with the free paraphrases of the same meaning: {sum(plain) / len(plain):.2f}")
 
 
 if __name__ == "__main__":
