@@ -10,7 +10,7 @@ from arramon_dataset.instructions.gate.texts import faults_of_reading
 from arramon_dataset.language_meanings import all_meanings
 from arramon_dataset.randomness import seeded
 from arramon_dataset.statistics.properties import load_patterns
-from arramon_lang.files import FILES, KINDS, read_file
+from arramon_lang.files import FILES, KINDS, OPTIONAL_FILES, read_file
 from arramon_lang.language import ROOT, Language, available, load
 from arramon_lang.meaning import Meaning, Navigation
 from arramon_lang.quality import BLOCKED, check
@@ -136,7 +136,7 @@ def _faults_of_files(folder: Path) -> Iterator[str]:
     for name in FILES:
         path = folder / f"{name}.toml"
         if not path.exists():
-            if name != "chunks":
+            if name not in OPTIONAL_FILES:
                 yield f"{path}: is missing"
             continue
         try:
@@ -145,7 +145,7 @@ def _faults_of_files(folder: Path) -> Iterator[str]:
             yield str(error)
     known = {f"{name}.toml" for name in FILES}
     yield from (f"{path}: is not a file of a language" for path in sorted(folder.iterdir()) if path.name not in known)
-    if any(not (folder / f"{name}.toml").exists() for name in FILES if name != "chunks"):
+    if any(not (folder / f"{name}.toml").exists() for name in FILES if name not in OPTIONAL_FILES):
         return
     try:
         language = Language(folder)

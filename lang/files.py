@@ -17,8 +17,23 @@ from arramon_client.world import (
 )
 from arramon_lang.meaning import PLACES, RELATIONS, WAYS, WHICHES
 
-FILES = ("language", "lexicon", "relations", "grammar", "things", "phrases", "quality", "properties", "chunks")
-"""Names of the files of a language, without their ending; `chunks` is optional."""
+FILES = (
+    "language",
+    "lexicon",
+    "relations",
+    "grammar",
+    "things",
+    "phrases",
+    "quality",
+    "properties",
+    "chunks",
+    "latin",
+    "typing",
+)
+"""Names of the files of a language, without their ending."""
+
+OPTIONAL_FILES = ("chunks", "latin", "typing")
+"""Those that a language may lack."""
 
 KINDS = frozenset((*COLLECTIBLES, *FURNITURE, *PLACES, "building", "wall", ""))
 """Kinds that may have nouns; "" is a collectible of which only attributes are stated."""
@@ -62,6 +77,9 @@ _TOP: Mapping[str, frozenset[str]] = {
         "chunks": "position negation soft exactly also written_together suffixes relating_suffixes own slightly "
         "slight_more slightly_behind nominal_before nominal vowels endings verbs relations sides words looks "
         "turn_positions walks target_relations room_relations opposites verb_relations named_places groups",
+        "typing": "keyboard common known rewriting short",
+        "latin": "borrows known having rewriting conjunctions completions inherent virama nasals "
+        "consonants vowels heard folding short senses loans",
     }.items()
 }
 """Keys of each file."""
@@ -95,6 +113,7 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("chunks", "endings"): frozenset(("consonant", "vowel")),
     ("chunks", "sides"): frozenset(("left", "right", "back", "around")),
     ("chunks", "looks"): frozenset(COLLECTIBLE_PATTERNS),
+    ("latin", "completions"): frozenset(("own", "foreign")),
 }
 """Keys of tables within files, by the path to the table."""
 

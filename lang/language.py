@@ -1,10 +1,11 @@
 """Public interface of the package: a language, loaded from its data folder."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from random import Random
+from typing import Any
 
 from arramon_lang.files import read_file
 from arramon_lang.grammar import Grammar
@@ -14,6 +15,7 @@ from arramon_lang.reading.mentions import Mention, find_mentions
 from arramon_lang.reading.outline import OutlineEntry
 from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
+from arramon_lang.reading.scripts.reader import SecondScriptReader
 from arramon_lang.tokens import ScriptTokenizer, Token
 from arramon_lang.writing.voice import Voice, draw_voice
 from arramon_lang.writing.writer import Writer
@@ -42,7 +44,8 @@ class Language:
 
     Args:
         folder: contains `language.toml`, `lexicon.toml`, `relations.toml`, `grammar.toml`, `things.toml` and
-            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, described in its own comments.
+            `phrases.toml`, all described in those of `lang/en`; possibly `chunks.toml`, `latin.toml` and
+            `typing.toml`, described in their own comments.
 
     Attributes:
         code: name of the folder, such as "hi".
@@ -163,9 +166,31 @@ class Language:
         return self._reader.outline(text)
 
     @cached_property
-    def _reader(self) -> InstructionParser:
-        data = read_file(self._folder, "chunks") if (self._folder / "chunks.toml").exists() else None
-        return InstructionParser(self.grammar, self._words, self._relation_words, self._tokenizer, data)
+    def parser(self) -> InstructionParser:
+        """The parser of texts in the language's own script."""
+        return InstructionParser(
+            self.grammar,
+            self._words,
+            self._relation_words,
+            self._tokenizer,
+            self._optional_file("chunks"),
+            self._optional_file("typing"),
+        )
+
+    @cached_property
+    def second_script(self) -> SecondScriptReader | None:
+        """The reader of texts in Latin letters and with words of another language; None without a `latin.toml`."""
+        data = self._optional_file("latin")
+        if data is None:
+            return None
+        return SecondScriptReader(self.parser, data, load(data["borrows"], self._folder.parent).parser)
+
+    @property
+    def _reader(self) -> InstructionParser | SecondScriptReader:
+        return self.second_script or self.parser
+
+    def _optional_file(self, name: str) -> Mapping[str, Any] | None:
+        return read_file(self._folder, name) if (self._folder / f"{name}.toml").exists() else None
 
     @cached_property
     def _reading(self) -> Callable[[str, str], Meaning]:

@@ -177,6 +177,11 @@ class Phrasebook:
             entries.sort(key=lambda entry: -len(entry[0]))
             self.vocabulary.update(keys)
 
+    def entries(self) -> Iterator[tuple[Keys, object]]:
+        """Yield all phrases that are not empty, with their meanings."""
+        for listed in self._entries.values():
+            yield from listed
+
     def may_begin(self, key: str | None) -> bool:
         """Return whether a phrase may begin with a word, or at the end of a text (None)."""
         return bool(self.empty) or key in self._entries

@@ -124,6 +124,26 @@ class NounPhraseParser:
         """All words of noun phrases."""
         return self._book.vocabulary | self._after.vocabulary
 
+    def borrow(self, other: "NounPhraseParser") -> None:
+        """Add the nouns, adjectives and determiners of another language, which texts of this one may use."""
+        for own, borrowed in ((self._book, other._book), (self._after, other._after)):
+            for keys, word in borrowed.entries():
+                if isinstance(word, _WordSense) and word.role not in ("pronoun", "same"):
+                    own.add(keys, word)
+        self._patterned |= other._patterned
+        self.known_words |= other.vocabulary
+
+    def phrases(self) -> Iterator[tuple[str, ...]]:
+        """Yield the fixed phrases of nouns and adjectives."""
+        return (keys for keys, _ in self._book.entries())
+
+    def describes(self, key: str) -> bool:
+        """Return whether a word by itself is a colour or a look, or a noun with a look."""
+        return any(
+            end == 1 and (word.role in ("colour", "look") or (word.role == "noun" and bool(word.look)))
+            for end, word in self._words(self._book, (key,), 0)
+        )
+
     def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
         plural = frozenset(self._grammar.pair_marks)
         written: dict[str, set[tuple[str, ...]]] = {}
@@ -213,10 +233,26 @@ class NounPhraseParser:
                             yield after + end - size, named
 
     def _read_whole(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
+        """Return noun phrases, with the longest adjectives or, if these do not suit the noun, with shorter ones."""
+        longest, is_unsuited = self._read_adjectives(keys, start, shortest=False)
+        if not is_unsuited:
+            return longest
+        # "लाल बिंदी वाला कटोरा": a red dot is a banner's, but red and dotted are a bowl's.
+        shorter = dict(self._read_adjectives(keys, start, shortest=True)[0])
+        return [
+            (end, shorter[end] if end in shorter and _says_more_than(shorter[end], named) else named)
+            for end, named in longest
+        ]
+
+    def _read_adjectives(
+        self, keys: Sequence[str], start: int, *, shortest: bool
+    ) -> tuple[list[tuple[int, NounPhrase]], bool]:
+        """Return noun phrases with the longest or the shortest adjectives, and whether some do not suit a noun."""
+        is_unsuited = False
         at, reference, another = start, PLAIN, False
         for end, word in self._words(self._book, keys, start):
             if word.role == "pronoun":
-                return [(end, NounPhrase("", reference=PRONOUN))]
+                return [(end, NounPhrase("", reference=PRONOUN))], False
             if word.role in ("determiner", "same", "another"):
                 at, reference, another = end, SAME if word.role == "same" else PLAIN, word.role == "another"
                 break
@@ -232,6 +268,7 @@ class NounPhraseParser:
                 if word.role == "noun" and (not joined or self._is_described(word.value, described)):
                     named = self._with_noun(keys, at, end, word, described, reference)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
+                    is_unsuited |= any(not any(self._suits(w, word.value) for w in group) for group in described)
             nouns = [end for end, word in words if word.role == "noun" and not word.look]
             # "Blue booth" is one noun, not an adjective before another noun.
             adjectives = [
@@ -241,8 +278,8 @@ class NounPhraseParser:
                 at += 1
                 continue
             if not adjectives:
-                return list(found) or self._without_noun(at, described, another=another)
-            at = adjectives[0][0]
+                return list(found) or self._without_noun(at, described, another=another), is_unsuited
+            at = adjectives[-1 if shortest else 0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
 
     def _is_described(self, kind: str, described: Sequence[tuple[_WordSense, ...]]) -> bool:
@@ -389,6 +426,12 @@ class NounPhraseParser:
                 return word.kind == kind
             return kind not in self._collectibles or word.value in self._object_colours
         return True
+
+
+def _says_more_than(one: NounPhrase, other: NounPhrase) -> bool:
+    """Return whether one of two noun phrases of a kind has more attributes."""
+    count = [sum(map(bool, (each.colour, each.look, each.which))) for each in (one, other)]
+    return one.kind == other.kind and count[0] > count[1]
 
 
 def _other_than_mentioned(

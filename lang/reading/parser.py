@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from arramon_client.world import PHASES
@@ -21,6 +21,7 @@ from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phr
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.outline import OutlineEntry, entries_of
 from arramon_lang.reading.segmentation import TextSegmenter
+from arramon_lang.reading.typing_errors import TypingCorrector
 from arramon_lang.tokens import ScriptTokenizer
 
 _Listed = Mapping[str, tuple[Pattern, ...]]
@@ -40,6 +41,7 @@ class InstructionParser:
         tokenizer: the language's tokenizer.
         chunks: content of its `chunks.toml`, for texts that the written phrases do not cover; None to parse those
             texts by phrases alone.
+        typing: content of its `typing.toml`, to correct typing errors; None to correct single long words alone.
     """
 
     def __init__(
@@ -49,6 +51,7 @@ class InstructionParser:
         relations: Mapping[str, Any],
         tokenizer: ScriptTokenizer,
         chunks: Mapping[str, Any] | None = None,
+        typing: Mapping[str, Any] | None = None,
     ) -> None:
         self._grammar = grammar
         self._tokenizer = tokenizer
@@ -97,7 +100,40 @@ class InstructionParser:
         self._folded = self._spelt_alike()
         self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
         self._corrected: dict[str, str] = {}
+        self._typing = None
+        if typing is not None:
+            naming = self.noun_phrase_parser.vocabulary
+            self._typing = TypingCorrector(self._vocabulary | self._never_fuzzy, naming, typing)
+            self._rewriting = [
+                (re.compile(rule["pattern"]), rule["words"], rule["phases"]) for rule in typing["rewriting"]
+            ]
         self._excluded: dict[str | None, frozenset[str]] = {}
+
+    @property
+    def vocabulary(self) -> frozenset[str]:
+        """All words that the parser understands."""
+        return self._vocabulary
+
+    @property
+    def written_words(self) -> frozenset[str]:
+        """Words of texts that the grammar writes: inflected words, nouns and adjectives."""
+        forms = (form for forms in self._grammar.word_forms().values() for form in forms)
+        nouns = (form for lexemes in self._grammar.nouns.values() for lexeme in lexemes for _, form in lexeme.forms)
+        tables = (
+            text
+            for table in self._grammar.tables.values()
+            for patterns in table.values.values()
+            for pattern in patterns
+            if pattern.weight
+            for text in self._grammar.spellings(pattern)
+        )
+        return frozenset(word for text in (*forms, *nouns, *tables) for word in self.split(text))
+
+    def phrases(self) -> Iterator[tuple[str, ...]]:
+        """Yield fixed phrases of the language, whose words stand beside each other in texts."""
+        yield from self.noun_phrase_parser.phrases()
+        if self.chunker is not None:
+            yield from self.chunker.phrases()
 
     def split(self, text: str) -> tuple[str, ...]:
         """Return the comparison keys of a text."""
@@ -123,7 +159,7 @@ class InstructionParser:
         parts = written.items()
         is_written = written.is_covered_by(parts)
         if not is_written:
-            keys = self._without_asides(self._keys(text, self._grammar.free_reading))
+            keys = self._without_asides(self._keys(self._unabbreviated(text, phase), self._grammar.free_reading))
             meaning = self._read_chunks(keys, phase)
             if meaning is not None:
                 return meaning
@@ -187,9 +223,23 @@ class InstructionParser:
         """
         for pattern, replacement in (*self._grammar.reading, *rules):
             text = re.sub(pattern, replacement, text)
-        return tuple(map(self._correct, self.split(self._tokenizer.normalise(text))))
+        keys = tuple(map(self.correct, self.split(self._tokenizer.normalise(text))))
+        return keys if self._typing is None else self._typing.correct(keys)
 
-    def _correct(self, key: str) -> str:
+    def _unabbreviated(self, text: str, phase: str) -> str:
+        """Return a text with what terse notes leave out."""
+        for pattern, words, phases in () if self._typing is None else self._rewriting:
+            if phase in phases:
+                text = pattern.sub(words, text)
+        return text
+
+    def unify_variants(self, text: str) -> str:
+        """Return a text with the language's variant spellings and wordings unified."""
+        for pattern, replacement in self._grammar.reading:
+            text = re.sub(pattern, replacement, text)
+        return text
+
+    def correct(self, key: str) -> str:
         """Return the word, or the only known word with the same folded spelling or within one typing error."""
         if key in self._vocabulary or key in self._never_fuzzy:
             return key
@@ -206,6 +256,11 @@ class InstructionParser:
                 near = [word for word in near if word[0] == key[0]]
             self._corrected[key] = near[0] if len(near) == 1 else key
         return self._corrected[key]
+
+    def expand(self, key: str) -> tuple[str, ...]:
+        """Return the words that one stands for: without typing errors, and written in full."""
+        corrected = self.correct(key)
+        return (corrected,) if self._typing is None else self._typing.words(corrected)
 
     def _fold(self, word: str) -> str:
         """Return a word with spelling variants folded together."""

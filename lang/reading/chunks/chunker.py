@@ -116,6 +116,12 @@ class Chunker:
             at = at + 1 if chunk is None else chunk.end
         return found
 
+    def phrases(self) -> Iterator[Keys]:
+        """Yield the phrases of relations, verbs, sides and joining words."""
+        yield from (phrase for listed in self._listed.values() for phrase, _, _ in listed)
+        yield from (phrase for phrase, _ in self._sides)
+        yield from self._nominal
+
     def split_suffix(self, key: str) -> Keys | None:
         """Return a noun and the relation that is its suffix ("చెట్టుకి" is "చెట్టు", "to"); None for other words."""
         for suffix in self._relating_suffixes:

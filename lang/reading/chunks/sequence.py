@@ -54,6 +54,12 @@ class ChunkSequence:
         found = [(self._score(n), n) for n in range(len(self.chunks)) if self.is_collectible(n)]
         return max(found)[1] if found else None
 
+    def _is_landmark(self, number: int) -> bool:
+        """Return whether a collectible says where another thing is: "the mug next to the dotted red ball"."""
+        before = self.chunks[number - 1] if number and self.rules.has_prepositions else None
+        is_placing = before is not None and before.kind == RELATION and self.rules.is_in(before.value, "placing")
+        return is_placing and number > 1 and self.is_collectible(number - 2)
+
     def described(self, target: Thing, number: int) -> Thing:
         """Return a target with what the text says of it later: "the ball over there, the striped one".
 
@@ -97,9 +103,8 @@ class ChunkSequence:
                 return chunk.value if chunk.kind == VERB else ""
         return ""
 
-    def _score(self, number: int) -> tuple[bool, int]:
+    def _score(self, number: int) -> tuple[bool, bool, int]:
         chunk = self.chunks[number]
         named = chunk.things[0]
-        return not (chunk.is_additional or self.is_negated(number)), sum(
-            map(bool, (named.kind, named.colour, named.look))
-        )
+        named_as = sum(map(bool, (named.kind, named.colour, named.look)))
+        return not (chunk.is_additional or self.is_negated(number)), not self._is_landmark(number), named_as

@@ -145,7 +145,8 @@ class PostpositionRouteParser(SideParser):
         elif chunk.kind in ("straight", "ahead") and not self._pending:
             if self._is_passing("through_between"):
                 self._walk_to_places()
-            self._walk_ahead()
+            if not (self._places and self._places[-1].value in ("to", "towards")):  # "Straight to the cone."
+                self._walk_ahead()
 
     def _handle_conjunction(self, kind: str) -> None:
         is_new = kind == THEN and self._joined in ("comma", "and")
@@ -194,6 +195,8 @@ class PostpositionRouteParser(SideParser):
         if value == "object" or not self._pending:
             return
         self._add_place(value)
+        if self.text.rules.is_in(value, "passing"):
+            self._side = ""
 
     def _handle_verb(self, value: str, number: int) -> None:
         if self.text.rules.is_in(value, "standing"):
@@ -203,7 +206,7 @@ class PostpositionRouteParser(SideParser):
             self._pass(self._pending)
             self._pending = []
         elif value in ("walk", "return"):
-            if not self.text.is_relation(number + 1, "having"):
+            if not (self.text.is_relation(number + 1, "having") or self._is_at_target(number)):
                 self._handle_walk_verb(is_return=value == "return")
         elif value == "back" and self._places and self._places[-1].value == "at":
             self._places.pop()
@@ -241,6 +244,18 @@ class PostpositionRouteParser(SideParser):
             else:
                 self._walk("past" if named[-1].side else "until", named[-1])
         self._flags.discard("which")
+
+    def _is_at_target(self, number: int) -> bool:
+        """Return whether one walks to the target's place: "go to the left of the sign and take the mug"."""
+        following = number + 1
+        while self.text.chunks[following : following + 1] and self.text.chunks[following].kind in (
+            "comma",
+            "and",
+            "there",
+        ):
+            following += 1
+        is_side = bool(self._places) and self._places[-1].value in ("left_of", "right_of")
+        return is_side and self._target is None and following == self.text.target()
 
     def _handle_walk_verb(self, *, is_return: bool) -> None:
         if self._target is not None:

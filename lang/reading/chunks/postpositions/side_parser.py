@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from arramon_lang.meaning import Rotate
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, STOP, THEN, THING, VERB
 from arramon_lang.reading.chunks.postpositions.route_draft import RouteDraft
+from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
 
 BOUNDARIES = ("comma", THEN, STOP, "and")
 
@@ -79,12 +80,14 @@ class SideParser(RouteDraft):
         side, following = self.text.chunks[number].value, self.text.next_kind(number)
         if following == THING and self._pending and self._pending[-1].side and self._joined == "and":
             self._side = side
-        elif following == THING and not self._is_way(number + 1):
+        elif following == THING and (
+            not self._is_way(number + 1) or (self.text.chunks[number].nominal and self._is_beside_way(number + 1))
+        ):
             self._walk_to_places()
             self._pass(self._pending)
             self._pending, self._side = [], side
         elif self.text.is_relation(number + 1, "of", "having"):
-            if self._is_way(number + 2):
+            if self._is_way(number + 2) and not self._is_beside_way(number + 2):
                 self._add_turn(direction)
             else:
                 self._side = side
@@ -137,6 +140,13 @@ class SideParser(RouteDraft):
             elif (chunk.kind == "and" and self.text.next_kind(n) == SIDE) or chunk.kind not in ("and", RELATION):
                 return False
         return False
+
+    def _is_beside_way(self, number: int) -> bool:
+        """Return whether the thing there stands beside the way and is passed: "past the red car on the right"."""
+        if self.text.next_kind(number - 1) != THING or self.text.next_kind(number) != RELATION:
+            return False
+        is_beside = self.text.chunks[number].things[0].kind not in (*CROSSED_KINDS, "alley", *POINT_KINDS)
+        return is_beside and self.text.rules.is_in(self.text.chunks[number + 1].value, "passing")
 
     def _closing_verb(self, number: int) -> str:
         return next((chunk.value for chunk in self.text.chunks[number:] if chunk.kind in (VERB, "comma", STOP)), "")

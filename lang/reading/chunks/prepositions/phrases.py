@@ -186,6 +186,8 @@ class PhraseSequence:
         phrase, after = self.listed[number], self.listed[number + 1 : self.target]
         if phrase.chunk.slight or not self.rules.is_in(phrase.value, "stressing") or not after:
             return False
+        if phrase.joined == "and" and self._is_before_turn(number, ("turn", "swing", "bear")):
+            return True  # "And right after the bin make a left."
         if self.rules.is_in(self.verb_of_side(number), "moving"):
             return False
         if self.is_next(number, "ahead"):
@@ -196,9 +198,14 @@ class PhraseSequence:
         is_apart = before is None or before.kind == STOP or phrase.joined == "comma"
         is_located = any(each.kind == VERB and self.rules.is_in(each.value, "standing") for each in after)
         group = "stressed" if is_apart else "placing"
-        may_stress = is_apart or phrase.joined == "and"
-        if is_located and may_stress and self.rules.is_in(after[0].value, group):
+        if is_located and (is_apart or phrase.joined == "and") and self.rules.is_in(after[0].value, group):
             return self.has_only_places_before_target(number)
-        turn = self.turn_after(number + 1) if is_apart and self.rules.is_in(after[0].value, "stressed") else None
-        # "Right after the bin, turn left."
-        return turn is not None and any(each.kind == VERB for each in self.listed[number:turn])
+        return is_apart and self._is_before_turn(number)  # "Right after the bin, turn left."
+
+    def _is_before_turn(self, number: int, verbs: Sequence[str] = ()) -> bool:
+        """Return whether a side stresses the place of a turn that a verb tells, one of these if any are given."""
+        if not self.is_next(number, THINGS) or not self.rules.is_in(self.listed[number + 1].value, "stressed"):
+            return False
+        turn = self.turn_after(number + 1)
+        told = () if turn is None else self.listed[number:turn]
+        return any(each.kind == VERB and (not verbs or each.value in verbs) for each in told)

@@ -179,8 +179,10 @@ def _direction(phrases: PhraseSequence, number: int) -> str:
 def _is_street_beside(phrases: PhraseSequence, number: int) -> bool:
     """Return whether a phrase is a street to turn into, on a stated side."""
     phrase = phrases.listed[number]
-    is_taken = phrases.is_after_verb(number, "turn") and phrase.last.kind in ("street", "alley")
-    return is_taken and bool(phrase.named[-1].side)
+    is_taken = phrases.is_after_verb(number, "turn") or (
+        phrase.value == "into" and phrases.is_after_verb(number, "walk")
+    )
+    return is_taken and phrase.last.kind in ("street", "alley") and bool(phrase.named[-1].side)
 
 
 def _is_faced(phrases: PhraseSequence, number: int) -> bool:
