@@ -94,6 +94,11 @@ def test_the_page_is_told_no_more_than_an_agent_of_a_hidden_split(site: VerifySi
         async with browsers(site, site.worker()) as (person,):
             path = person.claim()
             _, page = await person.get(path)
+            async with person.socket(path) as client:
+                await hello(client)
+                state = await client.until("state")
+                await client.say(type="look", episode=state["episode"], step=0, degrees=30)  # no aid of verifiers
+                assert (await client.message())["code"] == "Conflict"
             messages = await person.follow(path)
             async with person.socket(path) as client:  # what it does not offer, asked for nevertheless
                 await hello(client)
