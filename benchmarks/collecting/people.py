@@ -270,7 +270,8 @@ class Verifier(Person):
                 return
             except AssertionError:
                 self.go(page)
-        raise RuntimeError(f"{self.name}: {page} cannot be handed in")
+        said = self.page.locator("main").inner_text()
+        raise RuntimeError(f"{self.name}: {page} cannot be handed in; the page says {said!r}")
 
 
 @dataclass(kw_only=True)
