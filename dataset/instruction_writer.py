@@ -24,10 +24,10 @@ from arramon_dataset.instructions.gate.texts import faults_of_text
 from arramon_dataset.instructions.visible_landmarks import poses_along
 from arramon_dataset.randomness import seeded
 from arramon_dataset.trial import EarlyStop, play_or_stop_early
-from arramon_dataset.turn_planner import TurnPlanner
+from arramon_dataset.turn_planner import TurnPlanner, manner_of
 from arramon_lang.meaning import Assembly, Meaning, Navigation, Rotate, Thing, Where
 from arramon_lang.quality import any_blocks, check
-from arramon_lang.writing.voice import Voice
+from arramon_lang.writing.voice import Manner, Voice
 from arramon_server.episodes.episode import Episode, Instructions, Turn
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import BadInput
@@ -109,12 +109,13 @@ class InstructionWriter:
         end = poses_along(draft.start, first.path, first.actions)[-1]
         planners = self._planner(draft.start, first, 1, site), self._planner(end, second, 2, site)
         routes: list[Tokens] = []
+        manner = manner_of(names)
         for number in range(PLANS):
             plan = _plan(draft, planners, (*names, number))
             if plan is None:
                 return  # All draws failed; further ones would fail too.
             routes = routes or [turn.tokens() for turn in planners]
-            texts = self._write(draft, plan, routes, (*names, number))
+            texts = self._write(draft, plan, routes, (*names, number), manner)
             if texts is not None:
                 yield texts
 
@@ -125,16 +126,19 @@ class InstructionWriter:
             kept = self._turns[number] = TurnPlanner(start, turn, site)
         return kept
 
-    def _write(self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]) -> Texts | None:
+    def _write(
+        self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...], manner: Manner
+    ) -> Texts | None:
         """Return the plan's texts in all languages that express it, or None if a required one does not."""
         texts = {}
         for code in self._languages:
-            written = _write_in(code, draft, plan, routes, names)
+            written = _write_in(code, draft, plan, routes, names, manner)
             if written is None:
                 return None
             texts[code] = written
         for code in self._further:
-            drafts = (_write_in(code, draft, plan, routes, seed) for seed in (names, *((*names, n) for n in FURTHER)))
+            seeds = (names, *((*names, n) for n in FURTHER))
+            drafts = (_write_in(code, draft, plan, routes, seed, manner) for seed in seeds)
             written = next(filter(None, drafts), None)
             if written is not None:
                 texts[code] = written
@@ -317,10 +321,10 @@ def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Ass
 
 
 def _write_in(
-    code: str, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...]
+    code: str, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...], manner: Manner
 ) -> tuple[Instructions, Instructions] | None:
     """Return a plan's texts in one language, or None if a text fails a check."""
-    voice = lang.load(code).draw_voice(seeded(*names, code, "voice"))
+    voice = lang.load(code).draw_voice(seeded(*names, code, "voice"), manner)
     turns = []
     for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
         navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))

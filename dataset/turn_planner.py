@@ -9,8 +9,14 @@ from arramon_dataset.instructions.visible_landmarks import find_landmarks, poses
 from arramon_dataset.paraphrases.route_facts import facts_along
 from arramon_dataset.randomness import seeded
 from arramon_lang.meaning import Navigation
+from arramon_lang.writing.voice import Manner, draw_manner
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.geometry import Pose
+
+
+def manner_of(names: tuple[object, ...]) -> Manner:
+    """Return the manner of an episode's texts; `names` are those of its draft."""
+    return draw_manner(seeded(*names, "manner"))
 
 
 class TurnPlanner:
@@ -34,7 +40,11 @@ class TurnPlanner:
         self._drawn: dict[tuple[object, ...], Navigation | None] = {}
 
     def navigation(self, names: tuple[object, ...]) -> Navigation | None:
-        """Return a meaning of its navigation that passes the gate, or None; `names` seed all choices."""
+        """Return a meaning of its navigation that passes the gate, or None.
+
+        Args:
+            names: seed of all choices; the last two are the number of the plan and of the turn.
+        """
         if names not in self._drawn:
             self._drawn[names] = self._draw(names)
         return self._drawn[names]
@@ -47,6 +57,15 @@ class TurnPlanner:
         turn, check = self.turn, NavigationCheck(self._world)
         random = seeded(*names)
         meaning = plan_navigation(
-            turn.path, self._poses, turn.target, turn.street, self._landmarks, random, self.site.graph, check
+            turn.path,
+            self._poses,
+            turn.target,
+            turn.street,
+            self._landmarks,
+            random,
+            self.site.graph,
+            check,
+            manner_of(names[:-2]),
+            names[-1] == 1,
         )
         return None if meaning is None or faults_of_navigation(meaning, self._world) else meaning

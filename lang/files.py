@@ -29,16 +29,17 @@ FILES = (
     "chunks",
     "latin",
     "typing",
+    "preferences",
 )
 """Names of the files of a language, without their ending."""
 
-OPTIONAL_FILES = ("chunks", "latin", "typing")
+OPTIONAL_FILES = ("chunks", "latin", "typing", "preferences")
 """Those that a language may lack."""
 
 KINDS = frozenset((*COLLECTIBLES, *FURNITURE, *PLACES, "building", "wall", ""))
 """Kinds that may have nouns; "" is a collectible of which only attributes are stated."""
 
-CLAUSES = ("turn", "turn at", "turn before", "turn after", "face", *(f"walk {way}" for way in WAYS))
+CLAUSES = ("turn", "turn at", "turn before", "turn after", "turn face", "face", *(f"walk {way}" for way in WAYS))
 """Clauses of steps: keys of [steps] in `phrases.toml`, possibly followed by a kind, "same" or "group"."""
 
 ONLY_READ_CLAUSES = (
@@ -74,6 +75,7 @@ _TOP: Mapping[str, frozenset[str]] = {
         "quality": "min_words single_letters repeats general navigation assembly wanted suspicious counts landmarks "
         "registers misspelt",
         "properties": "stopwords parts properties",
+        "preferences": "navigation assembly",
         "chunks": "position negation soft exactly also written_together suffixes relating_suffixes own slightly "
         "slight_more slightly_behind nominal_before nominal vowels endings verbs relations sides words looks "
         "turn_positions walks target_relations room_relations opposites verb_relations named_places groups",
@@ -93,7 +95,7 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("grammar", "text"): frozenset(
         (
             *("per_episode", "sentence_end", "spelling", "reading", "free_reading", "folding", "openers", "owners"),
-            *("asides", "clumsy", "straight"),
+            *("asides", "clumsy", "straight", "first_mention", "ends", "small_letters", "favourites"),
         )
     ),
     ("grammar", "text", "owners"): frozenset(("of", "own")),

@@ -124,6 +124,10 @@ class Grammar:
         self.asides: list[str] = text.get("asides", [])
         self.clumsy: list[str] = text.get("clumsy", [])
         self.straight: str = text.get("straight", "")
+        self.first_mention: frozenset[str] = frozenset(text.get("first_mention", []))
+        self.ends: dict[str, float] = text.get("ends", {self.sentence_end: 1.0})
+        self.small_letters: float = text.get("small_letters", 0.0)
+        self.favourites: list[list[str]] = text.get("favourites", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
         self._slots: frozenset[str] = frozenset(self.words)

@@ -17,7 +17,8 @@ from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
 from arramon_lang.reading.scripts.reader import SecondScriptReader
 from arramon_lang.tokens import ScriptTokenizer, Token
-from arramon_lang.writing.voice import Voice, draw_voice
+from arramon_lang.writing.preferences import Preferences
+from arramon_lang.writing.voice import Manner, Voice, draw_voice
 from arramon_lang.writing.writer import Writer
 
 ROOT = Path(__file__).parent
@@ -127,9 +128,9 @@ class Language:
         """
         return self._writer.write(meaning, random, voice)
 
-    def draw_voice(self, random: Random) -> Voice:
-        """Draw a speaker, whose register and nouns stay the same in all texts."""
-        return draw_voice(self.grammar, random)
+    def draw_voice(self, random: Random, manner: Manner | None = None) -> Voice:
+        """Draw a speaker, whose register, nouns and habits stay the same in all texts; the manner is drawn if None."""
+        return draw_voice(self.grammar, random, manner)
 
     @property
     def has_grammar(self) -> bool:
@@ -143,7 +144,8 @@ class Language:
 
     @cached_property
     def _writer(self) -> Writer:
-        return Writer(self.grammar)
+        exists = (self._folder / "preferences.toml").exists()
+        return Writer(self.grammar, Preferences(read_file(self._folder, "preferences")) if exists else None)
 
     def read(self, text: str, phase: str) -> Meaning:
         """Return the meaning of an instruction; parts that are not understood are skipped.

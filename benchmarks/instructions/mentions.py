@@ -155,4 +155,4 @@ def _describing(code: str) -> frozenset[str]:
     words = {w for ps in grammar.colours.values() for p in ps for s in grammar.spellings(p) for w in s.split()}
     for looks in grammar.looks.values():
         words |= {w for ws in looks.values() for x in ws for s in grammar.spellings(x.wording) for w in s.split()}
-    return frozenset(words - {"a", "with", "on", "it"}) | _determiners(code) | STANDING
+    return frozenset(words - {"a", "with", "on", "it", "and", "और"}) | _determiners(code) | STANDING

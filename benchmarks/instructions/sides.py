@@ -32,13 +32,13 @@ NO_SIDE = {
 
 RELATION = {
     "en": r"\b(?:left|right)(?: hand)?(?: side)? of\b|\bits (?:left|right)\b",
-    "hi": r"(?:के|की|से|उसके|उसकी|जिसके|जिसकी)(?: ठीक)? (?:बाएँ|बाईं|दाएँ|दाईं)(?: ओर| तरफ़| हाथ| दिशा में)?",
+    "hi": r"(?:के|की|(?<!पास )से|उसके|उसकी|जिसके|जिसकी)(?: ठीक)? (?:बाएँ|बाईं|दाएँ|दाईं)(?: ओर| तरफ़| हाथ| दिशा में)?",
 }
 """Relations between two things."""
 
 SLIGHT = {
     "en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering)(?: to (?:the|your))?$",
-    "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|से|मामूली)$",
+    "hi": r"(?:थोड़ा|सा|ज़रा|हल्का|हल्के|(?:हल्के|ज़रा|थोड़े|धीरे|मामूली) से|मामूली)$",
 }
 """Words before the side of a slight turn."""
 

@@ -8,7 +8,7 @@ from arramon_lang.clauses import focus_after, step_of
 from arramon_lang.coreference import map_mentions, repeats
 from arramon_lang.files import BARE
 from arramon_lang.grammar import Grammar
-from arramon_lang.meaning import TURNS, Assembly, Rotate, Step, Thing, Walk, Where
+from arramon_lang.meaning import TURNS, Assembly, Face, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.matching import Bindings
 from arramon_lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
 from arramon_lang.reading.outline import PartMeaning
@@ -149,6 +149,10 @@ class Discourse:
         things = self.things(named)
         if rest == ["crossed"]:
             return [Walk("past", (Thing("street"),))]
+        if words[1:2] == ["face"]:
+            self.focus = focus_after(things, self.focus)
+            self.mentioned_things += things
+            return [Rotate(direction), *(Face(thing) for thing in things)]
         if words[1:2] == ["with"]:
             self.focus = focus_after(things, self.focus)
             self.mentioned_things += things

@@ -281,7 +281,7 @@ class InstructionParser:
         """Return a phrasebook of all possible texts for each word and table slot."""
         books = {name: Phrasebook() for name in (*self._grammar.words, *self._grammar.tables)}
         for name, forms in self._grammar.word_forms().items():
-            for form in forms:
+            for form in filter(None, forms):
                 books[name].add(self.split(form), None)
         for slot, table in self._grammar.tables.items():
             for value, patterns in table.values.items():

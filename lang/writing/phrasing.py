@@ -14,11 +14,20 @@ from arramon_lang.writing.voice import Voice, draw_voice
 Filler = Callable[[Mapping[str, str]], str]
 """Function from the features that a slot's marks require to the slot's text."""
 
-ANAPHORA_PROBABILITY = 0.6
+ANAPHORA_PROBABILITY = 0.12
 """Probability of an anaphoric reference ("that bench") to a thing that was just mentioned, if it is unambiguous."""
+
+PRONOUN_PROBABILITY = 0.6
+"""Probability of a pronoun for the landmark of a relation ("next to it") that was mentioned last."""
 
 NOUN = "\0"
 """Marks the start of the noun while a noun phrase is composed."""
+
+FAVOURITE_PROBABILITY = 0.75
+"""Probability that a voice writes its favourite form of a word."""
+
+NEVER_NEW = ("street_end", "building_corner", "street", "alley", "you")
+"""Kinds never introduced like a thing not mentioned before ("until you see a bench")."""
 
 REPEATED_FACTOR = 0.4
 """Factor on the weight of a wording that the text has already used."""
@@ -33,6 +42,13 @@ class WeightedWording(Protocol):
 
 
 _T = TypeVar("_T", bound=WeightedWording)
+
+
+class _Pair(Where):
+    """One relation to two things, each by itself."""
+
+    def __post_init__(self) -> None:
+        """Accept two things."""
 
 
 def constant(text: str) -> Filler:
@@ -108,9 +124,16 @@ class Phraser:
                 text += fillers[part.name](self.grammar.features_of(part.marks))
             else:
                 marked = {**features, **self.grammar.features_of(part.marks)}
-                words = [word for word in self.grammar.words[part.name] if word.form(marked) is not None]
-                text += self.pick(words, f"{part.name!r} as {', '.join(marked.values())}").form(marked) or ""
+                text += self._word(part.name, marked).form(marked) or ""
         return text
+
+    def _word(self, name: str, features: Mapping[str, str]) -> Lexeme:
+        """Draw one of the words of a name that have a form with these features, often the voice's favourite."""
+        words = [word for word in self.grammar.words[name] if word.form(features) is not None]
+        favourite = self.voice.favourites.get(name)
+        if favourite in words and favourite is not None and self.random.random() < FAVOURITE_PROBABILITY:
+            return favourite
+        return self.pick(words, f"{name!r} as {', '.join(features.values())}")
 
     def _option(self, choice: Alternatives, content: Iterable[str]) -> Sequence:
         """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
@@ -165,7 +188,7 @@ class Phraser:
             if slot in ("pair", "several"):
                 fillers[slot] = self._plural(thing, noun, slot)
             elif self._must_be_short(thing) or (
-                self._may_be_short(thing) and (thing.is_same(self.focus) or self.random.random() < ANAPHORA_PROBABILITY)
+                self._may_be_short(thing) and self.random.random() < ANAPHORA_PROBABILITY
             ):
                 fillers[slot] = self._short(thing, noun)
             else:
@@ -201,6 +224,26 @@ class Phraser:
         grammar = self.grammar
         phrases = (grammar.pair_phrases_of if slot == "pair" else grammar.several_phrases_of)(thing.kind)
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
+
+    def without_new(self, patterns: Iterable[Pattern], content: Mapping[str, Value]) -> list[Pattern]:
+        """Return the patterns that introduce nothing as new ("a bench") that has been mentioned or has an ordinal."""
+        known = {
+            slot
+            for slot, value in content.items()
+            if isinstance(value, Thing)
+            and (
+                value.which or value.where or value.kind in NEVER_NEW or any(map(value.is_same, self.mentioned_things))
+            )
+        }
+        first = self.grammar.first_mention
+        return [
+            pattern
+            for pattern in patterns
+            if not any(slot.name in known and first.intersection(slot.marks) for slot in pattern.slots())
+        ]
+
+    def _is_mentioned(self, thing: Thing) -> bool:
+        return any(map(thing.is_same, self.mentioned_things))
 
     def _may_be_short(self, thing: Thing) -> bool:
         """Return whether "that bench" is unambiguous: the only mentioned thing of its kind."""
@@ -266,6 +309,7 @@ class Phraser:
     def wheres(self, wheres: tuple[Where, ...], *, top: bool) -> str:
         """Return relations as one text; `top` if their subject is the sentence's subject, not a landmark."""
         text, focus = "", self.focus
+        wheres = self._joined_wheres(wheres) if top else wheres
         for number, where in enumerate(wheres):
             content = self._where(where, top=top)
             if number:
@@ -281,9 +325,20 @@ class Phraser:
         self.focus = focus
         return text
 
+    def _joined_wheres(self, wheres: tuple[Where, ...]) -> tuple[Where, ...]:
+        """Return relations, the same one to two plain things as one if the language has words ("next to X and Y")."""
+        if len(wheres) != 2 or wheres[0].relation != wheres[1].relation or any(where.exactly for where in wheres):
+            return wheres
+        things = tuple(thing for where in wheres for thing in where.things)
+        plain = len(things) == 2 and not any(t.number or t.where or t.kind in ("you", "wall") for t in things)
+        patterns = self.grammar.where.get(wheres[0].relation, ()) if plain and wheres[0].relation != "between" else ()
+        return (_Pair(wheres[0].relation, things),) if self.fitting(patterns, ("thing", "other")) else wheres
+
     def _where(self, where: Where, *, top: bool) -> str:
         listed = self.grammar.where
-        content: dict[str, Value] = dict(thing_slots(where.things))
+        content: dict[str, Value] = dict(zip(("thing", "other"), where.things, strict=False))
+        if not isinstance(where, _Pair):
+            content = dict(thing_slots(where.things))
         if where.exactly:
             content["exactly"] = "yes"
         kind = where.things[0].kind
@@ -295,13 +350,17 @@ class Phraser:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), content.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
             patterns = self.fitting(listed[f"{where.relation} nested"], content, tables)
-        elif "thing" in content and where.things[0].is_same(self.focus) and self.random.random() < ANAPHORA_PROBABILITY:
+        elif (
+            content.keys() == {"thing"}
+            and where.things[0].is_same(self.focus)
+            and self.random.random() < PRONOUN_PROBABILITY
+        ):
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), content.keys() - {"thing"}, tables)
         if kind != "you" or "thing" not in content:
             patterns = patterns or self.fitting(listed.get(where.relation, ()), content, tables)
         nouns = self.nouns(content)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
-        pattern = self.pick(patterns, f"{where.relation} of {kind!r}")
+        pattern = self.pick(self.without_new(patterns, content), f"{where.relation} of {kind!r}")
         text = self.render(pattern, tables | self.thing_fillers(content, nouns), {**self.features, **given})
         self.mentioned_things += where.things
         return text

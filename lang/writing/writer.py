@@ -1,5 +1,6 @@
 """Writer of instructions: arranges the clauses of a meaning in sentences."""
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -12,6 +13,7 @@ from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from arramon_lang.patterns import Pattern, Slot, possible_slots, required_slots
 from arramon_lang.tokens import PAUSES, SENTENCE_ENDS, strip_marks
 from arramon_lang.writing.phrasing import Filler, Phraser, constant
+from arramon_lang.writing.preferences import Preferences
 from arramon_lang.writing.voice import Voice, draw_voice
 
 ATTEMPTS = 48
@@ -19,6 +21,12 @@ ATTEMPTS = 48
 
 DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 """Distribution of the number of acceptable drafts, of which the shortest is returned: most people are brief."""
+
+PREFERRED_DRAFTS = {"navigation": 16, "assembly": 16}
+"""Number of acceptable drafts in a language with preferences, by which one of them is drawn."""
+
+PAIRED_PROBABILITY = 0.85
+"""Probability that two neighbouring clauses for which the language has common words are written as one."""
 
 MIN_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
@@ -32,16 +40,13 @@ STREETS = ("street", "alley")
 PAST_INTERSECTION = "walk past intersection"
 """Clause that uses only its own patterns, not the general ones: one crosses an intersection, not walks past it."""
 
-_CLAUSES_PER_SENTENCE = (1, 1, 2, 2, 2, 3)
-"""Distribution of the number of clauses per sentence."""
-
 _TARGET_JOINED_PROBABILITY = 0.55
 """Probability that the target is stated in the last step's sentence."""
 
 _TURN_JOINED_PROBABILITY = 0.6
 """Probability that an assembly instruction states its turns in the sentence about the placement."""
 
-_OPENING_PROBABILITIES = {"first": 0.04, "later": 0.25, "last": 0.2}
+_OPENING_PROBABILITIES = {"first": 0.01, "later": 0.07, "last": 0.08}
 """Probability of opening words ("Then"), by the sentence's place in the text."""
 
 NOT_REACHED = ("face", "walk towards", "walk until")
@@ -60,8 +65,9 @@ class _Misleading(Exception):
 class Writer:
     """Writes one language's instructions."""
 
-    def __init__(self, grammar: Grammar) -> None:
+    def __init__(self, grammar: Grammar, preferences: Preferences | None = None) -> None:
         self._grammar = grammar
+        self._preferences = preferences
 
     def write(self, meaning: Meaning, random: Random, voice: Voice | None = None) -> str:
         """Return a text for a meaning, a deterministic function of the arguments; draw a voice if none is given.
@@ -73,7 +79,7 @@ class Writer:
         voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
         text = ""
-        wanted = random.choice(DRAFT_COUNTS[phase])
+        wanted = random.choice(DRAFT_COUNTS[phase]) if self._preferences is None else PREFERRED_DRAFTS[phase]
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
             try:
@@ -88,7 +94,19 @@ class Writer:
                 break
         if not text:
             raise ValueError("every wording says 'straight' although the thing is not straight ahead")
-        return min(drafts, key=lambda each: len(each.split())) if drafts else text
+        return self._chosen(drafts, phase, random, voice) if drafts else text
+
+    def _chosen(self, drafts: list[str], phase: str, random: Random, voice: Voice) -> str:
+        """Return one of the drafts: by the language's preferences and the voice's brevity, or the shortest."""
+        sizes = [len(draft.split()) for draft in drafts]
+        if self._preferences is None:
+            return drafts[sizes.index(min(sizes))] if voice.manner.brevity >= 0.0 else drafts[0]
+        scores = [
+            self._preferences.score(draft, phase) - voice.manner.brevity * size
+            for draft, size in zip(drafts, sizes, strict=True)
+        ]
+        best = max(scores)
+        return random.choices(drafts, [math.exp(score - best) for score in scores])[0]
 
 
 def _is_clumsy(words: list[str]) -> bool:
@@ -106,7 +124,7 @@ class _Draft(Phraser):
     is_at_thing = False
 
     def navigation(self, meaning: Navigation) -> str:
-        clauses = [clause_of(step) for step in meaning.steps]
+        clauses = self._paired(clause_of(step) for step in meaning.steps)
         groups = self._group_clauses(clauses)
         joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED_PROBABILITY
         sentences = []
@@ -155,11 +173,34 @@ class _Draft(Phraser):
         join = self.pick(self.fitting(self.grammar.joins["assembly"], fillers), "join")
         return self.render(join, fillers, self.features)
 
+    def _pairs(self, one: Clause, other: Clause) -> Clause | None:
+        """Return one clause for two, if there are words for both: a turn to face something, a walk past two things."""
+        things = one.slots.get("thing"), other.slots.get("thing")
+        pair: Clause | None = None
+        if (one.key, other.key) == ("turn", "face") and isinstance(things[1], Thing):
+            pair = Clause("turn face", {**one.slots, **other.slots})
+        elif one.key == other.key == "walk past" and one.slots.keys() == other.slots.keys() == {"thing"}:
+            plain = [thing for thing in things if isinstance(thing, Thing) and thing.kind not in PLACES]
+            if len(plain) == 2 and not plain[0].is_same(plain[1]):
+                pair = Clause(one.key, {"thing": plain[0], "other": plain[1]}, one.straight and other.straight)
+        return pair if pair is not None and self._patterns(pair, subordinate=False) else None
+
+    def _paired(self, clauses: Iterable[Clause]) -> list[Clause]:
+        """Return the clauses, some neighbours written as one."""
+        found: list[Clause] = []
+        for clause in clauses:
+            pair = self._pairs(found[-1], clause) if found else None
+            if pair is not None and self.random.random() < PAIRED_PROBABILITY:
+                found[-1] = pair
+            else:
+                found.append(clause)
+        return found
+
     def _group_clauses(self, clauses: list[Clause]) -> list[list[Clause]]:
         """Divide the clauses among sentences."""
         groups = []
         while clauses:
-            size = self.random.choice(_CLAUSES_PER_SENTENCE)
+            size = self.random.choice(self.voice.manner.sentence_sizes)
             groups.append(clauses[:size])
             clauses = clauses[size:]
         return groups
@@ -183,7 +224,7 @@ class _Draft(Phraser):
 
     def _add_opening(self, place: str, body: str) -> str:
         """Return a sentence, possibly with opening words for its place in the text ("first", "later" or "last")."""
-        if self.random.random() >= _OPENING_PROBABILITIES[place]:
+        if self.random.random() >= _OPENING_PROBABILITIES[place] * self.voice.manner.openings:
             return body
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
@@ -197,10 +238,11 @@ class _Draft(Phraser):
             patterns = self.fitting(listed.get(f"{clause.key} group", ()), content, tables)
             return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
         patterns = self.fitting(listed.get(clause.key, ()), content, tables)
+        patterns = self.without_new(patterns, clause.slots)
         thing = clause.slots.get("thing")
-        if isinstance(thing, Thing):
+        if isinstance(thing, Thing) and "other" not in clause.slots:
             own_key = f"{clause.key} {thing.kind}"
-            special = self.fitting(listed.get(own_key, ()), content, tables)
+            special = self.without_new(self.fitting(listed.get(own_key, ()), content, tables), clause.slots)
             short: list[Pattern] = []
             if thing.is_same(self.focus) and (self.is_at_thing or clause.key != "turn at"):
                 short = self.fitting(listed.get(f"{clause.key} same", ()), content - {"thing"}, tables)
@@ -258,10 +300,13 @@ class _Draft(Phraser):
     def _finish_text(self, sentences: list[str]) -> str:
         """Return the final text: sentences ended, spacing and spelling fixed, capitals where the script has them."""
         end = self.grammar.sentence_end
-        text = " ".join(sentence.strip().rstrip(f"{PUNCTUATION} ") + end for sentence in sentences)
+        bare = [sentence.strip().rstrip(f"{PUNCTUATION} ") for sentence in sentences]
+        text = f"{end} ".join(bare) + self.voice.end
         text = re.sub(rf"\s+([{PUNCTUATION}])", r"\1", " ".join(text.split()))
         for pattern, replacement in self.grammar.spelling:
             text = re.sub(pattern, replacement, text)
+        if not self.voice.has_capitals:
+            return text
         return re.sub(rf"(^|[{SENTENCE_ENDS}] )(\S)", lambda match: match[1] + match[2].upper(), text)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from arramon_lang import load
 from arramon_lang.grammar import INSIDE, Lexeme
-from arramon_lang.writing.voice import Voice
+from arramon_lang.writing.voice import MANNERS, Voice
 
 NOUNS = {
     "ball": ["f गेंद|गेंद|गेंदें|गेंदों", "f बॉल|बॉल|बॉलें|बॉलों"],
@@ -239,6 +239,10 @@ def voices() -> tuple[Voice, ...]:
                 for kind, looks in grammar.looks.items()
                 for value, options in looks.items()
             },
+            MANNERS[0],
+            grammar.sentence_end,
+            True,
+            {},
         )
         for number in range(VOICES)
     )

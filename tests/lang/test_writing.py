@@ -55,7 +55,7 @@ def test_steps_are_worded_as_expected(step: Rotate | Face | Walk, said: str) -> 
 def test_repeated_mentions_become_short_references() -> None:
     texts = written(Navigation((Walk("to", (BENCH,)), Rotate("left", "at", BENCH)), MUG))
     assert some(r"left there", texts)
-    assert some(r"(that|this|the same) (park |street )?bench", texts)
+    assert not some(r"the same", texts)
     near = Thing("mug", "red", "striped", where=(Where("behind", (BENCH,)),))
     assert some(r"behind it", written(Navigation((Walk("to", (BENCH,)),), near)))
     twice = (Where("in_front_of", (MUG,)), Where("left_of", (MUG,)))
@@ -68,7 +68,7 @@ def test_landmark_relations_are_written_as_relative_clauses() -> None:
     texts = written(Navigation((), near))
     assert all(
         re.search(
-            r"(bench|seat) (that|which) is (just |right |)(behind|at the back of|in back of|(to|at) the rear of"
+            r"(bench|seat) (that|which) is (just |right |)(behind|past|at the back of|in back of|(to|at) the rear of"
             r"|on the (far|other) side of|beyond|hidden behind|out of view behind|around the back of) the (\w+ |)tree",
             text,
         )
@@ -87,8 +87,9 @@ def test_written_texts_are_well_formed_and_pass_the_checks() -> None:
     random = Random(11)
     for meaning in random_meanings.meanings(random, 150):
         text = load("en").write(meaning, random)
-        assert re.fullmatch(r"[A-Z][A-Za-z0-9 ,;.'-]*\.", text), text
-        assert not re.search(r"\s[,;.]|[,;.]{2}|  |[,;][^\s]|\.[^\s]|\. [a-z]", text), text
+        assert re.fullmatch(r"[A-Za-z0-9 ,;.'-]*[A-Za-z0-9.]", text), text
+        assert not re.search(r"\s[,;.]|[,;.]{2}|  |[,;][^\s]|\.[^\s]", text), text
+        assert text[0].islower() or not re.search(r"\. [a-z]", text), text  # Some voices type no capitals.
         assert not re.search(r"\b[Aa] (?=[aeiou]|hour)|\b[Aa]n (?![aeiou]|hour)", text), text
         assert not re.search(r"\b(for|about|roughly|some|the|a|just|shortly)[.,;]", text), text
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"

@@ -9,15 +9,15 @@ from arramon_lang.cell_grading import Room, RoomObject, relative, weigh_things
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.catalogue import ObjectType
 
-IN_FULL, WITH_PLACE = 0.55, 0.1
+IN_FULL, WITH_PLACE = 0.9, 0.05
 """Probabilities of a landmark's complete name although fewer words suffice, and of a name with a relation."""
 
 TARGET_NAMES = (
-    (("look", "colour", "kind"), 64),
-    (("kind",), 22),
-    (("colour", "kind"), 6),
-    (("look", "kind"), 4),
-    ((), 4),
+    (("look", "colour", "kind"), 70),
+    (("kind",), 26),
+    (("colour", "kind"), 3),
+    (("look", "kind"), 0.5),
+    ((), 0.5),
 )
 """Attributes in the name of the object in hand, with weights; () for a pronoun. In the release: all attributes 69%, the
 kind alone 27%, no kind 4%."""

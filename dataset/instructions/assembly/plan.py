@@ -27,20 +27,26 @@ MIN_LEAD = 1.5
 MAX_RELATIONS = 3
 """Maximum number of relations in one instruction."""
 
-EXTRA_RELATION = 0.2
+ONE_RELATION = 0.35
+"""Probability that plans with a single relation are tried first: most people give one."""
+
+TRIES_PER_RELATION = 15
+"""Number of plans drawn before one with a further relation is accepted."""
+
+EXTRA_RELATION = 0.08
 """Probability of an unnecessary relation."""
 
-EXTRA_RELATION_ON_TOP = 0.12
+EXTRA_RELATION_ON_TOP = 0.06
 """The same if the target goes on top of another object."""
 
-EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.15, 0.35, 0.6
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.08, 0.2
 """Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 12.0, "right_of": 7.5, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 3.0,
-    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 3.5, "in_front_of you": 11.0, "left_of you": 2.0,
-    "right_of you": 2.0, "far": 0.6, "your side": 0.6,
+    "left_of": 30.0, "right_of": 22.0, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 0.7,
+    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 0.3, "in_front_of you": 11.0, "left_of you": 1.0,
+    "right_of you": 1.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
 that is not adjacent; "your side" is "on your left" for any cell there."""
@@ -81,11 +87,12 @@ def plan_assembly(
             f"expected one above the {whole.height(cell)} objects there"
         )
     seen = visible_room(room)
-    for _ in range(TRIES):
+    most = 1 if random.random() < ONE_RELATION else 2
+    for number in range(TRIES):
         turns = _draw_turns(target_cell, random)
         namer = ObjectNamer(seen, whole, target_type, quarter_after(turns))
         meaning = _draw(turns, target_cell, namer, random)
-        if meaning is not None:
+        if meaning is not None and len(meaning.where) <= most + number // TRIES_PER_RELATION:
             return meaning
     return None
 

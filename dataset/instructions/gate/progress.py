@@ -22,6 +22,7 @@ class GateProgress:
         named: identities of the things named so far.
         since: index of the place where the last step began.
         earlier: indices of the places of the turns mentioned before the last step.
+        passed: index of the place where the path passes the last thing whose side is stated.
     """
 
     at: int = 0
@@ -30,6 +31,7 @@ class GateProgress:
     named: frozenset[str] = frozenset()
     since: int = 0
     earlier: frozenset[int] = frozenset()
+    passed: int = 0
 
     @property
     def mentioned_turns(self) -> Iterator[int]:

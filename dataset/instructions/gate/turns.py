@@ -87,6 +87,8 @@ def check_turn(world: GateWorld, progress: GateProgress, step: Rotate, faults: l
 def _turn_at(world: GateWorld, progress: GateProgress, index: int, degrees: float, faults: list[str]) -> GateProgress:
     if abs(degrees) < 90.0 and not _is_slight(world, progress, index, degrees):
         faults.append(f"the path does not turn slightly at its place {index}, or only for a few paces")
+    if index < progress.passed:
+        faults.append(f"the path turns at its place {index}, before it passes the thing whose side is stated")
     if index in progress.turned:
         faults.append(f"the path turns only once at its place {index}, not twice")
     if abs(degrees) == 90.0 and any(_bends_again(world, index + later, degrees) for later in AGAIN):

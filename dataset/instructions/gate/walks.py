@@ -40,7 +40,8 @@ def check_walk(world: GateWorld, progress: GateProgress, step: Walk, faults: lis
         faults += faults_of_passing(world, progress.at, step)
     if step.way == "between" and not _is_amid(world, step.things, progress.at, near):
         faults.append(f"the path does not lead between {step.things[0].identity} and {step.things[1].identity}")
-    return replace(progress, at=max(progress.at, near))
+    passed = near if step.side else progress.passed
+    return replace(progress, at=max(progress.at, near), passed=passed)
 
 
 def _approach(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:

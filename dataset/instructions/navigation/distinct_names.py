@@ -13,7 +13,7 @@ NEXT_SHARE = 0.5
 """Probability that a second thing of a kind farther on is called "the next bench" rather than "another bench"."""
 
 
-COUNTED_ON_SHARE = 0.6
+COUNTED_ON_SHARE = 0.25
 """Probability that a second thing of a kind is called "the next one" although its colour would distinguish it."""
 
 NOT_COUNTED_ON = (*COLLECTIBLES, *NEVER_BARE, "building")

@@ -30,6 +30,9 @@ OMIT_COLOUR = 0.4
 """Probability that an unnecessary colour is omitted."""
 
 
+OMIT_SHAPE = 0.65
+"""Probability that the shape on a banner is omitted if its colour is enough."""
+
 NEVER_BARE = ("awning",)
 """Kinds whose colour is never omitted: facade textures show such things too."""
 
@@ -53,6 +56,8 @@ def unique_name(
     names = [full_name(landmark)]
     if label.kind in COLOURS and label.kind not in NEVER_BARE and random.random() < OMIT_COLOUR:
         names.insert(0, Thing(label.kind, identity=landmark.identity))
+    if label.kind == "banner" and label.look and random.random() < OMIT_SHAPE:
+        names.insert(0, Thing(label.kind, label.colour, identity=landmark.identity))
     own = perceived_distance(landmark, view)
     for name in names if own < math.inf else []:
         limit = own * (MIN_DISTANCE_RATIO if name.colour or not label.colour else MIN_RATIO_WITHOUT_COLOUR)

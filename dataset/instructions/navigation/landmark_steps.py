@@ -29,8 +29,17 @@ from arramon_server.sim.labels import SegmentationLabel
 AMBIGUITY_COST = 2.0
 """Cost of naming a landmark that could be confused with one not visible from the path."""
 
-COLLECTIBLE_COST, BUILDING_COST, COUNTED_COST, GROUP_COST = 1.3, 0.8, -5.0, -6.0
-"""Additional costs of naming a collectible other than the target, a building, an ordinal, or a group."""
+COLLECTIBLE_COST, BUILDING_COST, SIGN_COST, COUNTED_COST, GROUP_COST = 6.0, 1.5, 2.5, -5.0, -6.0
+"""Additional costs of naming a collectible other than the target, a building, a shop's sign, an ordinal, or a group."""
+
+OFFSET_COST = 1.5
+"""Additional cost of a turn before or after a thing: people say "at"."""
+
+SIDE_SHARE = 0.11
+"""Probability of stating the side on which something is passed."""
+
+BETWEEN_COST = 0.0
+"""Additional cost of a walk between two things."""
 
 GAP_WIDTH = (1.5, 7.0)
 """Range of the distance between two landmarks to walk between, in units."""
@@ -46,6 +55,9 @@ TURNS_BY_SEVERAL = ("at", "after")
 
 BESIDE_WALL = 5.0
 """Maximum lateral distance of a building's wall from a walk past it, in units."""
+
+CONFUSED_LOOKS = ("red", "brick")
+"""Looks of buildings that people give one name: a house of red brick, and one painted red."""
 
 UNNAMED_BUILDING = SegmentationLabel("building", look="grey")
 """Never named: nearly every building looks grey to some observers."""
@@ -90,16 +102,29 @@ def _named(
     route: DescribedRoute, landmark: Landmark, seen: list[Landmark], waypoint: Waypoint
 ) -> tuple[Thing, float] | None:
     """Return a name for a landmark and its cost; None if every name is ambiguous. `seen` are those of its kind."""
+    if landmark.label.look in CONFUSED_LOOKS and any(_looks_confused(landmark, other) for other in seen):
+        return None
     until = route.departures[min(waypoint.number + 12, route.last)]
     name = unique_name(landmark, route.of_kind(landmark.label.kind), waypoint.pose, until, route.random)
     kind = landmark.label.kind
-    cost = COLLECTIBLE_COST if kind in COLLECTIBLES else BUILDING_COST if kind == "building" else 0.0
+    cost = (
+        COLLECTIBLE_COST if kind in COLLECTIBLES else {"building": BUILDING_COST, "shop_sign": SIGN_COST}.get(kind, 0.0)
+    )
     if name is not None:
         return name[0], cost + (0.0 if name[1] else AMBIGUITY_COST)
     if kind == "building":
         return None
     counted = counted_name(landmark, route.of_kind(landmark.label.kind), seen, waypoint.pose)
     return None if counted is None else (counted, cost + COUNTED_COST)
+
+
+def _looks_confused(landmark: Landmark, other: Landmark) -> bool:
+    """Return whether two buildings may be given one name although their looks differ."""
+    return (
+        other.label.kind == "building"
+        and other.label.look in CONFUSED_LOOKS
+        and other.label.look != landmark.label.look
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +158,8 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     passed = pose_after_passing(pose, landmark.x, landmark.z, PAST_DISTANCE)
     if _is_ahead(pose, passed):
         is_across = landmark.label.kind == "zebra_crossing"
-        stated_side = "" if route.random.random() < 0.6 or abs(right) < PLANNED_ASIDE or is_across else side
+        is_stated = route.random.random() < SIDE_SHARE * route.manner.directions
+        stated_side = side if is_stated and abs(right) >= PLANNED_ASIDE and not is_across else ""
         yield from subject.option(route, Walk("past", (name,), stated_side), passed, 0.0)
     if PLANNED_ASIDE < abs(right) < 5.0 and landmark.label.kind != "zebra_crossing":
         beside = pose_after_passing(pose, landmark.x, landmark.z, 0.0)
@@ -167,7 +193,7 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
     direction = turn_word(rotation)
     inexact = abs(turn_between(DEGREES[direction], rotation))
     if abs(rotation) > 25.0 and direction != "around" and inexact < 45.0:
-        cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7)
+        cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7) + (0.0 if word == "at" else OFFSET_COST)
         step = Rotate(direction, word, subject.name)
         yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
 
@@ -186,7 +212,7 @@ def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Step
     if is_aside and abs(nearest[0]) < BESIDE_WALL and along > 1.0:
         side = "right" if nearest[0] > 0.0 else "left"
         far = max(ahead for across, ahead in corners if abs(across) < abs(nearest[0]) + 1.0)
-        stated_side = side if route.random.random() < 0.6 else ""
+        stated_side = side if route.random.random() < SIDE_SHARE * route.manner.directions else ""
         yield from subject.option(route, Walk("past", (name,), stated_side), pose.ahead(far + PAST_DISTANCE), 0.0)
     if abs(right) < 2.5 and along > REACHED_WITHIN["towards"] + 2.5:
         straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (landmark.x, landmark.z)))
@@ -232,7 +258,7 @@ def _group_options(
     if _is_ahead(pose, end):
         rights = [pose.local(landmark.x, landmark.z)[0] for landmark in landmarks]
         side = "right" if min(rights) > PLANNED_ASIDE else "left" if max(rights) < -PLANNED_ASIDE else ""
-        stated_side = side if route.random.random() < 0.4 else ""
+        stated_side = side if route.random.random() < SIDE_SHARE * route.manner.directions else ""
         yield from route.option(waypoint, turns, Walk("past", (group.name,), stated_side), end, liking)
     x, z = (
         sum(landmark.x for landmark in landmarks) / len(landmarks),
@@ -261,7 +287,7 @@ def _walks_between(
             continue
         if GAP_WIDTH[0] <= math.dist((one.x, one.z), (other.x, other.z)) <= GAP_WIDTH[1]:
             end = pose_after_passing(waypoint.pose, (one.x + other.x) / 2, (one.z + other.z) / 2, 0.3)
-            yield from route.option(waypoint, (), Walk("between", (first, second)), end, cost + more + 0.4)
+            yield from route.option(waypoint, (), Walk("between", (first, second)), end, cost + more + BETWEEN_COST)
 
 
 def _is_between(route: DescribedRoute, waypoint: Waypoint, one: Landmark, other: Landmark) -> bool:

@@ -6,7 +6,7 @@ depth first, cheapest step first, and skips steps that the check rejects.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from random import Random
 from typing import Protocol
@@ -32,11 +32,22 @@ from arramon_dataset.paths import Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.coreference import mentions
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
+from arramon_lang.street_words import DEGREES
+from arramon_lang.writing.voice import MANNERS, Manner
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.rules import Collectible
 
 AHEAD = 8
 """Maximum length of a walk straight ahead without a landmark at its end, in steps."""
+
+STREETS = ("street", "alley", "building_corner")
+"""Places that one turns into or around, and does not walk to first."""
+
+CROSSINGS = ("intersection", "t_junction", "zebra_crossing", "square")
+"""Kinds of places with corners of their own."""
+
+NEVER_REACHED = ("building", "zebra_crossing", "you")
+"""Kinds that no text leads to before it names the target."""
 
 MAX_STEPS = 9
 """Maximum number of steps of a plan."""
@@ -47,14 +58,39 @@ TRIED = 24
 UNTIL_SEEN = 0.4
 """Probability that a final straight walk refers to the target: "walk until you see the mug"."""
 
-ALONG_STREET = 0.18
+ALONG_STREET = 0.16
 """Probability of "walk down the street" before the first landmark on a street."""
 
-MORE_SHARE = 0.1
+MORE_SHARE = 0.03
 """Probability of another intermediate step although the target, far off, is already visible."""
 
-FACE_FIRST = 0.6
-"""Probability that the first turn is described by the landmark to face, where that is unambiguous."""
+FACE_FIRST, FACE_AFTER = 0.7, 0.95
+"""Probabilities that the first turn is described by the landmark to face, where that is unambiguous: in an episode's
+first turn, and in its second, at whose start a walker's heading may be another."""
+
+TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.85, 0.3
+"""Probabilities that it is described by its direction as well, "turn left to face the bench", in the same two turns."""
+
+LOST_COST = 4.0
+"""Additional cost of a second turn's text that begins with a turn whose direction depends on the walker's heading."""
+
+REACH_FIRST = 0.22
+"""Probability of a walk to a thing and a turn there, rather than a turn at it."""
+
+SEE_FIRST = 0.15
+"""The same for "until you see a bench" before a turn at it."""
+
+SLIGHT_SHARE = 0.8
+"""Probability of a slight turn at the start, which one could do without."""
+
+PAIR_SHARE = 0.2
+"""Probability of two things on the way together: "past the cone and the bench"."""
+
+PAIR_COST = -2.0
+"""Additional cost of such a pair."""
+
+TO_LANDMARK = 0.3
+"""Probability of a walk to the landmark that locates the target: "go to the bench and pick up the mug next to it"."""
 
 
 class PlanCheck(Protocol):
@@ -88,6 +124,8 @@ def plan_navigation(
     random: Random,
     graph: StreetGraph | None = None,
     plan_check: PlanCheck | None = None,
+    manner: Manner = MANNERS[0],
+    is_first: bool = True,
 ) -> Navigation | None:
     """Return the meaning of an instruction to walk a path, or None if planning fails.
 
@@ -100,11 +138,15 @@ def plan_navigation(
         random: draws the wording; another draw gives another plan.
         graph: of the section's streets; None to call every place a corner.
         plan_check: accepts or rejects steps; None to accept all of them.
+        manner: how much to say.
+        is_first: whether it is the episode's first turn, at whose start the walker's heading is known.
     """
     thing = describe_target(target, street, landmarks, poses, random)
     if thing is None:
         return None
-    route = DescribedRoute(path, poses, landmarks, (target.position.x, target.position.z), graph, random)
+    route = DescribedRoute(
+        path, poses, landmarks, (target.position.x, target.position.z), graph, random, manner, is_first
+    )
     steps = _Planner(route, thing).steps(plan_check or AcceptAllSteps())
     if steps is None:
         return None
@@ -128,23 +170,41 @@ class _Planner:
     def steps(self, plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return all steps to the target, or None if the search fails."""
         self._left = TRIED
-        return self._from(Waypoint(self._route.start, 0), (), plan_check)
+        start = Waypoint(self._route.start, 0)
+        slight = self._slight_turn(start)
+        check = plan_check.after((slight,)) if slight is not None else None
+        if slight is not None and check is not None:
+            turned = replace(start, pose=start.pose.turned(DEGREES[slight.direction]), turned=True)
+            steps = self._from(turned, (slight,), check)
+            if steps is not None:
+                return steps
+            self._left = TRIED
+        return self._from(start, (), plan_check)
+
+    def _slight_turn(self, start: Waypoint) -> Rotate | None:
+        """Return the slight turn with which the path begins, by chance; None if it does not."""
+        onward = self._route.onward_heading(0)
+        if onward is None or not self._route.is_first or self._random.random() > SLIGHT_SHARE:
+            return None
+        word = turn_word(turn_between(start.pose.heading, onward))
+        return Rotate(word) if word.startswith("slightly") and path_turns_by(self._route, start, (word,)) else None
 
     def _from(self, waypoint: Waypoint, steps: tuple[Step, ...], plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return a complete plan that extends `steps`, which end at the waypoint; None if there is none."""
         if not self._left or len(steps) > MAX_STEPS:
             return None
         self._left -= 1
-        last = self._final_steps(waypoint)
-        if last is not None and not self._may_end(plan_check, last):
-            last = None
+        last = next((last for last in self._final_steps(waypoint) if self._may_end(plan_check, last)), None)
         if last is not None and not (steps and self._may_say_more(waypoint)):
             return (*steps, *last)
         for option in self._options(waypoint, is_optional=last is not None):
-            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None):
+            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None) or _is_unclear(steps, option.steps[0]):
                 continue
             for wording in self._wordings(waypoint, option, is_first=not steps):
-                after = None if self._mixes((*steps, *wording)) else plan_check.after(wording)
+                is_doubled = (
+                    steps[-1:] == (Walk("ahead"),) and isinstance(wording[0], Walk) and wording[0].way == "along"
+                )
+                after = None if is_doubled or self._mixes((*steps, *wording)) else plan_check.after(wording)
                 if after is not None:
                     whole = self._from(option.waypoint, (*steps, *wording), after)
                     if whole is not None:
@@ -171,7 +231,10 @@ class _Planner:
     def _options(self, waypoint: Waypoint, *, is_optional: bool) -> list[StepOption]:
         """Return the candidate steps at a waypoint, the cheapest first; no turns if the plan could end here."""
         route = self._route
-        options = sorted([*place_options(route, waypoint), *landmark_options(route, waypoint)], key=lambda o: o.cost)
+        found = [*place_options(route, waypoint), *landmark_options(route, waypoint)]
+        if waypoint.number == 0 and not route.is_first:
+            found = [replace(o, cost=o.cost + LOST_COST * self._depends_on_heading(o)) for o in found]
+        options = sorted([*found, *self._pairs(found)], key=lambda o: o.cost)
         if is_optional:
             return [o for o in options if len(o.steps) == 1 and not isinstance(o.steps[0], Rotate)]
         ahead = self._ahead(waypoint)
@@ -180,37 +243,87 @@ class _Planner:
     def _wordings(self, waypoint: Waypoint, option: StepOption, *, is_first: bool) -> list[tuple[Step, ...]]:
         """Return alternative wordings of an option's steps: elaborate, plain, and without the stated side."""
         wording = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
-        wordings = [wording] if wording == option.steps else [wording, option.steps]
+        wordings = [self._approached(wording), wording, option.steps]
         step = option.steps[-1]
         if (
             isinstance(step, Walk) and step.way == "past" and step.side
         ):  # Where the side is refused, the rest may be so.
             wordings.append((*option.steps[:-1], replace(step, side="")))
-        return wordings
+        return list(dict.fromkeys(wordings))
+
+    def _pairs(self, options: list[StepOption]) -> list[StepOption]:
+        """Return walks past two things, one after the other."""
+        if self._random.random() > PAIR_SHARE * self._route.manner.says_more:
+            return []
+        passing = [o for o in options if isinstance(o.steps[-1], Walk) and _is_plain_passing(o.steps[-1])]
+        return [
+            replace(
+                far,
+                cost=far.cost + PAIR_COST,
+                steps=(*near.steps[:-1], *_without_side((near.steps[-1], far.steps[-1]))),
+            )
+            for near in passing
+            for far in passing
+            if near.steps[:-1] == far.steps[:-1] and near.waypoint.number < far.waypoint.number
+        ]
+
+    def _depends_on_heading(self, option: StepOption) -> bool:
+        """Return whether an option begins with a turn that no landmark to face can replace."""
+        after = option.steps[-1]
+        return isinstance(option.steps[0], Rotate) and len(option.steps) > 1 and self._faced(after) is None
+
+    def _approached(self, wording: tuple[Step, ...]) -> tuple[Step, ...]:
+        """Return steps, with a walk to the thing or until it is seen before a turn at it, by chance."""
+        turn = wording[-1]
+        if not isinstance(turn, Rotate) or turn.at != "at" or turn.thing is None or turn.thing.kind in STREETS:
+            return wording
+        drawn = self._random.random()
+        if drawn < REACH_FIRST:
+            return (*wording[:-1], Walk("to", (turn.thing,), straight=False), Rotate(turn.direction))
+        if drawn < REACH_FIRST + SEE_FIRST and turn.thing.kind not in PLACES:
+            return (*wording[:-1], Walk("until", (turn.thing,), straight=False), turn)
+        return wording
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
         far = math.dist((waypoint.pose.x, waypoint.pose.z), self._route.goal)
-        return far > 9.0 and self._random.random() < MORE_SHARE
+        return far > 9.0 and self._random.random() < MORE_SHARE * self._route.manner.says_more
 
-    def _final_steps(self, waypoint: Waypoint) -> tuple[Step, ...] | None:
-        """Return the final steps if the target comes into view, else None."""
+    def _final_steps(self, waypoint: Waypoint) -> Iterator[tuple[Step, ...]]:
+        """Yield final steps, the preferred ones first, if the target comes into view."""
         route = self._route
         here = waypoint.pose.x, waypoint.pose.z
         soon = min(waypoint.number + 1, route.last)
         if self._target_seen > route.departures[soon]:
-            return None
+            return
         if max_deviation(route.path, waypoint.number, route.last, here, route.goal) > PLANNED_DEVIATION:
-            return None
+            return
         off = turn_between(waypoint.pose.heading, bearing(here, route.goal))
         words = turn_towards(off)
         if words is None or (words and waypoint.turned) or not path_turns_by(route, waypoint, words):
-            return None
+            return
         turns = tuple(Rotate(word) for word in words)
         far = math.dist(here, route.goal)
+        if self._random.random() < TO_LANDMARK * route.manner.landmarks:
+            yield from self._to_landmark(waypoint, turns)
         if far > 4.0 and self._target.look and not route.has_twin and self._random.random() < UNTIL_SEEN:
             way = self._random.choice(("until", "to", "towards", "until") if abs(off) < 25.0 else ("to", "towards"))
-            return (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= PLANNED_STRAIGHT))
-        return turns
+            yield (*turns, Walk(way, (self._target,), straight=not turns and abs(off) <= PLANNED_STRAIGHT))
+        yield turns
+
+    def _to_landmark(self, waypoint: Waypoint, turns: tuple[Rotate, ...]) -> Iterator[tuple[Step, ...]]:
+        """Yield a walk to the landmark that locates the target, if it is in view and ahead after the turns."""
+        where = self._target.where[0] if self._target.where else None
+        if where is None or len(where.things) > 1 or where.things[0].kind in NEVER_REACHED:
+            return
+        thing, route, here = where.things[0], self._route, (waypoint.pose.x, waypoint.pose.z)
+        ends = [landmark for landmark in route.landmarks if landmark.identity in thing.identity.split("+")]
+        if not ends or not all(route.is_seen(landmark, waypoint) for landmark in ends):
+            return
+        towards = [turn_towards(turn_between(waypoint.pose.heading, bearing(here, (m.x, m.z)))) for m in ends]
+        nearest = min(math.dist(here, (landmark.x, landmark.z)) for landmark in ends)
+        if nearest > 4.5 and all(words == tuple(turn.direction for turn in turns) for words in towards):
+            ways = ("to", "to", "to", "towards", "until", "until") if not thing.number else ("to", "towards")
+            yield (*turns, Walk(self._random.choice(ways), (thing,), straight=False))
 
     def _along_street(self, waypoint: Waypoint, option: StepOption) -> tuple[Step, ...]:
         """Return a walk along the street entered by the last turn, drawn at random; () if the street is ambiguous."""
@@ -249,9 +362,19 @@ class _Planner:
         """Return the option's steps, with the first turn sometimes replaced by facing a landmark."""
         after = option.steps[-1]
         is_turn_at = isinstance(after, Rotate) and after.at == "at"  # "Face the bin, turn left at that bin."
-        if len(option.steps) < 2 or is_turn_at or self._random.random() > FACE_FIRST:
+        share = FACE_FIRST * self._route.manner.landmarks if self._route.is_first else FACE_AFTER
+        if len(option.steps) < 2 or is_turn_at or self._random.random() > share:
             return option.steps
-        things = after.things if isinstance(after, Walk) else (after.thing,) if isinstance(after, Rotate) else ()
+        thing = self._faced(after)
+        turn = option.steps[0]
+        if thing is None:
+            return option.steps
+        is_said = self._random.random() < (TURN_TO_FACE if self._route.is_first else TURN_TO_FACE_AFTER)
+        return (turn, Face(thing), *option.steps[1:]) if is_said else (Face(thing), *option.steps[1:])
+
+    def _faced(self, step: Step) -> Thing | None:
+        """Return the thing to face before a step; None if it has none, or another one looks alike."""
+        things = step.things if isinstance(step, Walk) else (step.thing,) if isinstance(step, Rotate) else ()
         thing = things[0] if things else None
         if (
             thing is None
@@ -259,8 +382,30 @@ class _Planner:
             or thing.kind in PLACES
             or sum(name_matches(thing, landmark) for landmark in self._around) != 1
         ):
-            return option.steps
-        return (Face(thing), after)
+            return None
+        return thing
+
+
+def _is_plain_passing(step: Walk) -> bool:
+    """Return whether a walk is past one thing that can be named together with another."""
+    thing = step.things[0] if step.things else Thing("")
+    return step.way == "past" and not thing.number and not thing.which and thing.kind not in (*PLACES, "zebra_crossing")
+
+
+def _is_doubled(steps: tuple[Step, ...], step: Step) -> bool:
+    """Return whether a step repeats the one before: "go forward, go down the street"."""
+    return steps[-1:] == (Walk("ahead"),) and isinstance(step, Walk) and step.way == "along"
+
+
+def _is_unclear(steps: tuple[Step, ...], step: Step) -> bool:
+    """Return whether a step turns at "the corner" right after a crossing: before, on or behind it?"""
+    last = steps[-1] if steps else None
+    is_at_crossing = isinstance(last, Walk) and last.way in ("past", "to") and last.things[0].kind in CROSSINGS
+    return is_at_crossing and isinstance(step, Rotate) and step.thing is not None and step.thing.kind == "corner"
+
+
+def _without_side(steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    return tuple(replace(step, side="") if isinstance(step, Walk) else step for step in steps)
 
 
 def _is_straight(route: DescribedRoute, here: Place, heading: float, number: int) -> bool:

@@ -19,12 +19,13 @@ from arramon_dataset.plans.graph import StreetGraph
 from arramon_lang.coreference import things_of
 from arramon_lang.meaning import Rotate, Step, Walk
 from arramon_lang.street_words import DEGREES, PASSED_WITHIN
+from arramon_lang.writing.voice import MANNERS, Manner
 from arramon_server.sim.geometry import Pose, wrap
 
 SNAP = 40.0
 """Maximum angle between a step's course and the path at which the course is replaced by the path's, in degrees."""
 
-GROUP_PREFERENCE = 0.9
+GROUP_PREFERENCE = 0.6
 """Probability that a plan prefers groups of landmarks ("the cones") where there are any."""
 
 MAX_STEP_LENGTH = 30
@@ -67,6 +68,8 @@ class DescribedRoute:
         goal: (x, z) of the target.
         graph: of the section's streets, or None.
         random: draws all choices.
+        manner: how much to say.
+        is_first: whether it is the episode's first turn, at whose start the walker's heading is known.
 
     Attributes:
         geometry: directions of the path.
@@ -83,8 +86,11 @@ class DescribedRoute:
         goal: Place,
         graph: StreetGraph | None,
         random: Random,
+        manner: Manner = MANNERS[0],
+        is_first: bool = True,
     ) -> None:
         self.path, self.landmarks, self.goal, self.graph, self.random = path, landmarks, goal, graph, random
+        self.manner, self.is_first = manner, is_first
         self.start = poses[0]
         # Index -1, a look around at the start, does not count: those landmarks are not seen while walking.
         self._first = {id(landmark): next((n for n in landmark.seen if n >= 0), len(poses)) for landmark in landmarks}

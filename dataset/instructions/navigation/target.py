@@ -24,19 +24,25 @@ from arramon_server.sim.rules import Collectible
 BUILDING_SHARE = 0.25
 """Probability that a building is considered for locating a target."""
 
-COLLECTIBLE_LIKING = 0.5
-"""Bonus for collectibles in the choice of a landmark, as units of distance."""
+COLLECTIBLE_LIKING = -4.0
+"""Bonus for collectibles in the choice of a landmark, as units of distance: people seldom name a second one."""
+
+RELATION_SHARES = {"behind": 1.0, "in_front_of": 0.65, "left_of": 0.4, "right_of": 0.4}
+"""Probability of each relation rather than "near" where it holds."""
+
+SECOND_SHARE = 0.15
+"""Probability of a second landmark ("next to the cone and the dumpster")."""
 
 UNSUITED = ("intersection", "junction", "corner")
 """Kinds of landmarks that never locate a target."""
 
-UNPLACED = 0.15
+UNPLACED = 0.6
 """Probability of omitting the location of a target with a unique appearance."""
 
-GROUP_SHARE = 0.8
+GROUP_SHARE = 0.5
 """Probability of a plural name for a group near the target."""
 
-FULL = 0.85
+FULL = 0.97
 """Probability of the complete name although fewer words suffice."""
 
 
@@ -131,16 +137,23 @@ def _where(
     _, right, ahead, landmark = min(near, key=lambda item: (item[0], item[3].identity))
     name = full_name(landmark)
     relation = "near"
-    if random.random() < 0.5:
-        if abs(right) > 1.5 * abs(ahead):
-            relation = "left_of" if right > 0.0 else "right_of"
-        elif abs(ahead) > 1.5 * abs(right):
-            relation = "in_front_of" if ahead > 0.0 else "behind"
+    if abs(right) > 1.3 * abs(ahead):
+        relation = "left_of" if right > 0.0 else "right_of"
+    elif abs(ahead) > 1.3 * abs(right):
+        relation = "in_front_of" if ahead > 0.0 else "behind"
+    if random.random() >= RELATION_SHARES.get(relation, 0.0):
+        relation = "near"
     if not all(_is_so_from(pose, relation, (x, z), landmark) for pose in poses[-PLANNED_LAST_VIEWS:]):
         relation = "near"
     group = next(groups_centred_on(landmark, every, landmarks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
         return (Where("near", (group.name,)),)
+    further = [
+        item for item in near if item[3] is not landmark and item[3].label.kind not in (landmark.label.kind, "building")
+    ]
+    if relation == "near" and is_alone and further and random.random() < SECOND_SHARE:
+        other = min(further, key=lambda item: (item[0], item[3].identity))[3]
+        return (Where("near", (name,)), Where("near", (full_name(other),)))
     return (Where(relation, (name,)),)
 
 

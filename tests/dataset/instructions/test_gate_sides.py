@@ -207,7 +207,7 @@ def test_a_walk_whose_side_is_refused_is_told_without_it() -> None:
     poses = poses_along(town.START, town.PATH, town.ACTIONS)
     landmarks = find_landmarks(poses, town.STREET, section, RasterCamera(with_names_as_labels(city_scene(section))))
     sides = 0
-    for seed in range(40):
+    for seed in range(80):
         wording, refused = (
             plan_navigation(town.PATH, poses, town.STREET[0], town.STREET, landmarks, Random(seed), None, judge)
             for judge in (None, NoSides())
