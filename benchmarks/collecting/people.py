@@ -133,12 +133,14 @@ class Writer(Person):
         say: returns the four texts for the episode of a number that counts their tasks.
         pastes: whether the texts are pasted.
         leaves: whether the window is closed in the middle of the first task, for good.
+        given_back: number of tasks that were given back, as the checks refused the text.
     """
 
     say: Callable[[int, str], Texts]
     pastes: bool = False
     leaves: bool = False
     has_left: bool = False
+    given_back: int = 0
 
     def work(self, episode_of: Callable[[str], str]) -> bool:
         """Do one task; return whether there was one.
@@ -159,9 +161,19 @@ class Writer(Person):
             self.page.locator("#view").focus()
             self._move("Space")
         expect(self.page.locator("#saved")).to_have_text(re.compile("Saved|सहेजा गया"), timeout=PATIENCE)
+        if self.page.locator("#parts button[data-state=blocked]").count():
+            self._give_back()
+            return True
         self._submit()
         self.tasks += 1
         return True
+
+    def _give_back(self) -> None:
+        """Give back a task whose text the checks refuse."""
+        self.go(f"{self.home}/")
+        self.page.locator("form[action$='/return'] button").click()
+        self.page.wait_for_load_state()
+        self.given_back += 1
 
     def _walk(self, number: int) -> None:
         """Walk to the end of the line; in the room stay."""

@@ -188,8 +188,9 @@ class Simulation:
         paid, owed = store.ledger.total(name), _owed(settings, people, states["kept"])
         if paid != owed:
             problems.append(f"{name}: {settings.money(paid)} in the ledger, expected {settings.money(owed)}")
+        given_back = sum(person.given_back for person in people if isinstance(person, Writer))
         pasted = sum(bool(text.evidence) for text in texts)
-        print(f"{name}: {dict(states)}, {settings.money(paid)}, texts with evidence: {pasted}")
+        print(f"{name}: {dict(states)}, {settings.money(paid)}, pasted texts: {pasted}, tasks given back: {given_back}")
         return problems
 
 
