@@ -35,8 +35,9 @@ class NamedThing:
 
 def object_name(t: PageTexts, type_: ObjectType) -> str:
     """Return the name of a collectible."""
-    words = {name: t(f"objects.{getattr(type_, name)}") for name in ("pattern", "colour", "kind")}
-    return t("objects.phrase", **words)
+    kind = t(f"objects.{type_.kind}")
+    colour = _agreeing(t, f"objects.{type_.colour}", kind)
+    return t("objects.phrase", pattern=t(f"objects.{type_.pattern}"), colour=colour, kind=kind)
 
 
 def first_name(t: PageTexts, kind: str, look: str = "") -> str:
@@ -61,7 +62,7 @@ def thing_name(t: PageTexts, label: SegmentationLabel) -> str:
         return object_name(t, ObjectType(label.look, label.colour, label.kind))
     name = first_name(t, label.kind, label.look)
     if name and label.colour:
-        name = t("objects.coloured", colour=_first(t, f"colours.{label.colour}"), kind=name)
+        name = t("objects.coloured", colour=_agreeing(t, f"colours.{label.colour}", name), kind=name)
     if name and label.look and label.kind not in ("building", "wall"):
         name = t("objects.with_look", kind=name, look=t(f"objects.look_{label.look}"))
     return name
@@ -89,7 +90,7 @@ def named_things(
         if _mentions(instruction_words, key, lower) and (colour := _colour(instruction_words, prop, lower)) is not None:
             name = _first(t, key)
             if colour:
-                name = t("objects.coloured", colour=_first(t, colour), kind=name)
+                name = t("objects.coloured", colour=_agreeing(t, colour, name), kind=name)
             _add(found, name, (prop.x, prop.z), path, 0.0)
     for building in section.buildings:
         key = f"things.building_{building.facade}"
@@ -113,6 +114,12 @@ def _mentions(instruction_words: PageTexts, key: str, text: str) -> bool:
 def _first(t: PageTexts, key: str) -> str:
     """Return the first of the alternative words that the text of a key lists."""
     return t(key).partition("|")[0]
+
+
+def _agreeing(t: PageTexts, key: str, noun: str) -> str:
+    """Return an adjective in the form that agrees with a noun: the third of three forms if the noun is feminine."""
+    forms = t(key).split("|")
+    return forms[2] if len(forms) == 3 and noun in t("objects.feminine").split("|") else forms[0]
 
 
 def _colour(instruction_words: PageTexts, prop: Prop, text: str) -> str | None:

@@ -162,8 +162,8 @@ def test_the_room_is_drawn_with_what_lies_in_it(shown: LeaderboardSite, language
     text = shown.site.get(f"/{language}/runs/{OPEN_RUN}/episodes/quokka-1").text
     assert text.count('<svg class="room"') == 2
     piles = re.findall(r"<title>([^<]*)</title><rect", text)
-    bowl = {"en": "dotted white bowl", "hi": "कटोरा (बिंदीदार, सफ़ेद)"}[language]
-    glass = {"en": "dotted purple hourglass", "hi": "रेतघड़ी (बिंदीदार, बैंगनी)"}[language]
+    bowl = {"en": "dotted white bowl", "hi": "बिंदीदार सफ़ेद कटोरा"}[language]
+    glass = {"en": "dotted purple hourglass", "hi": "बिंदीदार बैंगनी रेतघड़ी"}[language]
     assert piles == [bowl, bowl, glass]
 
 

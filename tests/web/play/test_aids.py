@@ -158,10 +158,12 @@ def test_visible_things_are_sorted_by_side_and_distance() -> None:
 
 
 NAMES = (
-    (SegmentationLabel.of(ObjectType("dotted", "blue", "tv")), "dotted blue TV", "टीवी (बिंदीदार, नीला)"),
+    (SegmentationLabel.of(ObjectType("dotted", "blue", "tv")), "dotted blue TV", "बिंदीदार नीला टीवी"),
+    (SegmentationLabel.of(ObjectType("striped", "yellow", "ball")), "striped yellow ball", "धारीदार पीली गेंद"),
+    (SegmentationLabel("car", "blue"), "blue parked car", "नीली कार"),
     (SegmentationLabel("building", look="brick"), "brick building", "ईंट की इमारत"),
     (SegmentationLabel("wall", look="wood"), "wooden wall", "लकड़ी की दीवार"),
-    (SegmentationLabel("cone", "orange"), "orange cone", "कोन (नारंगी)"),
+    (SegmentationLabel("cone", "orange"), "orange cone", "नारंगी कोन"),
     (SegmentationLabel("banner", "red", "star"), "red banner: star", ""),
     (SegmentationLabel("road"), "", ""),
 )
