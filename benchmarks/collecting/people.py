@@ -230,11 +230,13 @@ class Verifier(Person):
 
     known: Mapping[str, tuple[Episode, int]]
     is_hasty: bool = False
+    gave_up: bool = False
 
     def work(self) -> bool:
         """Do one task; return whether there was one."""
         if not self.take("verify"):
             return False
+        self.gave_up = False
         if self.page.locator("#done").is_hidden():
             self._follow()
         expect(self.page.locator("#done")).to_be_visible(timeout=PATIENCE)
@@ -260,7 +262,8 @@ class Verifier(Person):
                 expect(done.or_(changed).filter(visible=True).first).to_be_visible(timeout=10_000)
             except AssertionError:
                 break  # The text led to nothing that can be picked up or placed.
-        if self.page.locator("#done").is_hidden():
+        self.gave_up = self.page.locator("#done").is_hidden()
+        if self.gave_up:
             self.page.locator("#give-up").click()
 
     def _actions(self, text: str) -> Sequence[int] | None:
@@ -275,6 +278,8 @@ class Verifier(Person):
         """Hand in, through a kill that comes before the answer."""
         page = self.page.url
         for _ in range(4):
+            if self.gave_up:  # Then the page asks for a reason.
+                self.page.locator("#flags [type=checkbox]").first.check()
             self.page.locator("#flags button").last.click(no_wait_after=True)
             self.server.maybe_kill(KILL_AT_SUBMIT)
             try:
