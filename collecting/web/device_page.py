@@ -35,7 +35,9 @@ class DevicePage:
         def make() -> web.Response:
             collection, visitor = self._handlers.visitor(request)
             t = request_texts(request)
+            stage = request.query.get("stage", "")
             context: dict[str, Any] = {
+                "stage": stage if stage in visitor.worker.stages else "",
                 "next_address": f"/{t.language}/collect/{collection.name}/",
                 "settings": {
                     "address": request.path,

@@ -69,7 +69,7 @@ class VerifyTests:
             if after != before:
                 store.workers.record_screening(visitor.worker.worker_id, VERIFY, after.as_stored())
             if after.passed_at is not None:
-                return see_other(f"{_home(request)}placement")
+                return see_other(f"{_home(request)}placement?passed")
             return self._screening_page(request, collection, visitor, after, wrong)
 
         return await self._handlers.run(make)
@@ -106,8 +106,8 @@ class VerifyTests:
             )
             context = {
                 "settings": settings | {"isTest": True, "lessons": lessons},
-                "next_address": _home(request),
                 "repeat_address": f"{request.path}?repeat",
+                "passed_questions": "passed" in request.query,
             }
             return self._handlers.page(request, "collect/placement.html", collection, context, visitor=visitor)
 

@@ -1,5 +1,6 @@
 """The pages of a worker: consent, what is next, counts and money, giving back, leaving, deletion of the data."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ from arramon_server.errors import BadInput, NotFound, quoted
 Act = Callable[[web.Request, Collection, Visitor, Mapping[str, str]], web.Response]
 """Answers a form; it runs in a thread."""
 
-NOTICES = frozenset(("nothing", "returned", "saved"))
+NOTICES = frozenset(("nothing", "returned", "saved", "sent", "passed_write"))
 """Notices that an address may ask a worker's page to show."""
 
 
@@ -65,7 +66,10 @@ class WorkerPages:
             if visitor.worker.role == HOST:
                 return see_other(f"{_home(request)}review")
             if visitor.worker.consented_at is None:
-                context = {"has_mail": bool(collection.settings.smtp.host)}
+                context = {
+                    "has_mail": bool(collection.settings.smtp.host),
+                    "paragraphs": [text.strip() for text in re.split(r"\n\s*\n", collection.consent) if text.strip()],
+                }
                 return self._handlers.page(request, "collect/consent.html", collection, context, visitor=visitor)
             view = worker_view(self._handlers.store, collection, visitor.worker)
             notice = request.query.get("notice", "")
@@ -124,7 +128,8 @@ class WorkerPages:
             worker = replace(worker, state=ACTIVE)
         check_active(worker)
         if step is not Step.TASK:
-            return see_other(f"{_home(request)}{step}{f'/{stage}' if step is Step.SCREENING else ''}")
+            address = {Step.DEVICE: f"{step}?stage={stage}", Step.SCREENING: f"{step}/{stage}"}.get(step, str(step))
+            return see_other(f"{_home(request)}{address}")
         task = self._claim(collection, worker, stage, fields.get("text", ""))
         return see_other(f"{_home(request)}{stage}/{task.task_id}" if task else f"{_home(request)}?notice=nothing")
 

@@ -11,6 +11,7 @@ from arramon_collecting.storage.records import (
     SENT_BACK,
     SUBMITTED,
     VERIFY,
+    WRITE,
     Collection,
     LedgerEntry,
     Task,
@@ -41,7 +42,9 @@ def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[st
     tasks, texts = store.tasks.all_of(worker.worker_id), store.texts.all_of(worker.worker_id)
     entries = store.ledger.entries_of(worker.worker_id)
     open_task = store.tasks.open_of(worker.worker_id)
+    settings = collection.settings
     return {
+        "pays": {WRITE: settings.money(settings.pay_write), VERIFY: settings.money(settings.pay_verify)},
         "open_task": open_task,
         "unfinished": [] if open_task is not None else _unfinished(store, tasks),
         "sent_back": [text for text in texts if text.state == SENT_BACK],

@@ -4,12 +4,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from numpy import hypot
+
 from arramon_collecting.storage.records import HINT
 from arramon_collecting.writing.characters import invisible_in, pictures_in
 from arramon_collecting.writing.walk import PARTS, room_before
 from arramon_dataset.instruction_writer import initial_turn_angle
 from arramon_dataset.instructions.assembly.plan import MIN_LEAD
 from arramon_dataset.instructions.assembly.visible_objects import whole_room
+from arramon_dataset.release.landmarks.agreement import placed_things
+from arramon_dataset.release.landmarks.turn_paths import paths_of_turns
 from arramon_dataset.world_check import absent_things
 from arramon_lang.cell_grading import find_cell, is_all_there
 from arramon_lang.language import ROOT, load
@@ -17,11 +21,18 @@ from arramon_lang.meaning import Assembly, Thing
 from arramon_lang.quality import BLOCKED, SUSPICIOUS, Failure, check
 from arramon_lang.quality_marks import marks
 from arramon_server.episodes.episode import Episode
+from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
 
 SEVERITIES = (BLOCKED, SUSPICIOUS, HINT)
 """Severities of findings; hints are this project's own checks."""
+
+NEVER_SURE = frozenset(("banner",))
+"""Kinds about which the reader of texts is never sure: it also takes a shop's sign with a colour ("the blue bank") for a banner."""
+
+IN_SIGHT = 40.0
+"""Distance from the path, in units, within which a writer may well mean a thing of the kind that the text names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +118,20 @@ class TextChecker:
         if phase == Phase.ASSEMBLY.value:
             yield from self._cells(text, turn)
             return
-        seen = set[str]()
+        seen = self._kinds_along(turn) | NEVER_SURE
         for thing in absent_things(text, self.language, self.episode, turn, self.section):
             if thing.event.kind not in seen:
                 seen.add(thing.event.kind)
                 yield Finding("not_there", HINT, expected=thing.event.kind)
+
+    def _kinds_along(self, turn: int) -> set[str]:
+        """Return the kinds of street furniture that stand in sight of a turn's path.
+
+        Of these the writer may mean another one than the aligned text implies, so that nothing is said about them.
+        """
+        places = paths_of_turns(self.episode)[turn - 1].places
+        things = placed_things(furnished(self.section, self.episode.furniture).props)
+        return {kind for kind, x, z, *_ in things if hypot(*(places - (x, z)).T).min() < IN_SIGHT}
 
     def _cells(self, text: str, turn: int) -> Iterator[Finding]:
         """Yield what a text about the room leaves open: its cell, or an object that is not there."""

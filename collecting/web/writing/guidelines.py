@@ -17,8 +17,12 @@ def guidelines_context(t: PageTexts, collection: Collection, *, is_open: bool) -
         collection: its language is that of the examples, or the page's if the pages have no texts in it.
         is_open: whether the rules are shown at once.
     """
+    return {"examples": written_texts(t, collection), "written": load(collection.language).name, "opens_rules": is_open}
+
+
+def written_texts(t: PageTexts, collection: Collection) -> PageTexts:
+    """Return texts in the language that is written; the page's if the pages have none in it."""
     try:
-        examples = texts_of(collection.language)
+        return texts_of(collection.language)
     except NotFound:
-        examples = t
-    return {"examples": examples, "written": load(collection.language).name, "opens_rules": is_open}
+        return t

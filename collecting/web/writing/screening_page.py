@@ -61,7 +61,7 @@ class WriteScreening:
             if found != before:
                 self._handlers.store.workers.record_screening(visitor.worker.worker_id, WRITE, found.as_stored())
             if found.passed_at is not None:
-                return see_other(_home(request))
+                return see_other(f"{_home(request)}?notice=passed_write")
             return self._page(request, collection, visitor, found, wrong)
 
         return await self._handlers.run(make)

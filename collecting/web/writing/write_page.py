@@ -9,7 +9,7 @@ from aiohttp import web
 from arramon_collecting.storage.records import Draft
 from arramon_collecting.web.access import Visitor
 from arramon_collecting.web.handlers import BASE, Handlers, json_response, request_texts
-from arramon_collecting.web.writing.guidelines import guidelines_context
+from arramon_collecting.web.writing.guidelines import guidelines_context, written_texts
 from arramon_collecting.web.writing.requests import read_draft, read_editor, read_submission
 from arramon_collecting.web.writing.write_tasks import Blocked, OpenTask, WriteTasks
 from arramon_collecting.writing.characters import MAX_TEXT_CHARACTERS
@@ -18,6 +18,7 @@ from arramon_collecting.writing.walk import PARTS, Move, Position, enter, moved,
 from arramon_server.errors import BadInput, quoted
 from arramon_server.playback.pictures import as_jpeg
 from arramon_server.web.http_responses import HEADERS
+from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.watch.frame_queue import ClientLeft, FrameQueue
 
@@ -71,14 +72,14 @@ class WritePage:
                 "settings": self._settings(t, task, visitor, request.path),
                 "language": collection.language,
                 "reason": self._tasks.reason(task),
-                **guidelines_context(t, collection, is_open=self._tasks.draft(task).revision == 0),
+                **guidelines_context(t, collection, is_open=False),
             }
             return self._handlers.page(request, "write/write.html", collection, context, visitor=visitor)
 
         return await self._handlers.run(make)
 
     def _settings(self, t: PageTexts, task: OpenTask, visitor: Visitor, base: str) -> dict[str, Any]:
-        prefix = "collect_write_js."
+        prefix, written = "collect_write_js.", written_texts(t, task.collection)
         return {
             "base": base,
             "csrf": visitor.csrf,
@@ -87,7 +88,10 @@ class WritePage:
             "language": task.collection.language,
             "max_characters": task.collection.settings.max_characters,
             "max_kept": MAX_TEXT_CHARACTERS,
-            "parts": [{"turn": turn, "phase": phase} for turn, phase in PARTS],
+            "parts": [
+                {"turn": turn, "phase": phase, "target": object_name(written, task.target(part))}
+                for part, (turn, phase) in enumerate(PARTS)
+            ],
             "texts": {key.removeprefix(prefix): text for key, text in t.words.items() if key.startswith(prefix)},
         }
 
@@ -147,7 +151,7 @@ class WritePage:
         return await self._change(request, do)
 
     async def _submit(self, request: web.Request) -> web.Response:
-        address = request.path.partition("/write/")[0] + "/"
+        address = request.path.partition("/write/")[0] + "/?notice=sent"
 
         def do(task: OpenTask, fields: Mapping[str, Any], _: PageTexts) -> dict[str, Any]:
             self._tasks.submit(task, *read_submission(fields))

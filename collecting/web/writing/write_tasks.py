@@ -60,7 +60,7 @@ class OpenTask:
     def as_json(self, t: PageTexts, texts: Sequence[str], findings: Findings) -> list[list[dict[str, Any]]]:
         """Return the findings of each text for the page."""
         return [
-            [finding_as_json(t, finding, text, self._target(part)) for finding in found]
+            [finding_as_json(t, finding, text, self.target(part)) for finding in found]
             for part, (text, found) in enumerate(zip(texts, findings, strict=True))
         ]
 
@@ -73,13 +73,14 @@ class OpenTask:
                 "phase": PARTS[part][1],
                 "check": finding.check,
                 "severity": finding.severity,
-                "message": sentence(t, finding, self._target(part)),
+                "message": sentence(t, finding, self.target(part)),
             }
             for part, found in enumerate(findings)
             for finding in found
         ]
 
-    def _target(self, part: int) -> ObjectType:
+    def target(self, part: int) -> ObjectType:
+        """Return the object that a part's text is about."""
         return self.episode.turns[PARTS[part][0] - 1].target.type
 
 

@@ -13,12 +13,14 @@ export function listen(text, view, on) {
       if (event.key === "Escape") { event.preventDefault(); on.walk(); }
       return;
     }
-    if (event.target.closest("input, select, textarea, summary, [contenteditable]")) return;
-    const ofButton = event.target.closest("button, a") !== null;
+    if (event.target.closest("input, select, textarea, [contenteditable]")) return;
+    const ofButton = event.target.closest("button, a, summary") !== null;
+    if (event.key === "Escape") { event.preventDefault(); on.walk(); return; }
     if (event.key === "Enter" && !ofButton) { event.preventDefault(); on.write(); return; }
     const move = MOVES[event.code];
     if (move === undefined || (move === "act" && ofButton)) return;
     event.preventDefault();
+    if (event.target !== view && !event.target.closest("button")) on.walk();
     on.move(move, event.repeat);
   });
   for (const button of document.querySelectorAll("[data-move]")) {

@@ -11,14 +11,14 @@ const { texts: words, parts } = settings;
 const element = (id) => document.getElementById(id);
 const text = element("text");
 const server = new Server(settings.base, settings.csrf);
-const page = new PageView(words, settings.language, settings.max_characters);
+const page = new PageView(words, parts.map(({ target }) => target), settings.language, settings.max_characters);
 const evidence = new Evidence({});
 const submission = randomHex();
 
 let typed = parts.map(() => "");     // the texts, by part
 let findings = parts.map(() => []);  // of what was last saved
 let isComposing = false;
-let isLost = false;                  // whether the page says that the server cannot be reached
+let isLost = false;                  // whether the page says that no view can be shown
 
 const walk = new Walk(server, settings.size, {
   view: (image) => page.view(image),
@@ -32,7 +32,7 @@ const walk = new Walk(server, settings.size, {
     else showPart();
   },
   lost: () => { isLost = true; page.status(words.lost); },
-  refused: (error) => refuse(error),
+  refused: (error) => { isLost = true; refuse(error); },
 });
 
 const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.counts }), {
@@ -74,6 +74,7 @@ async function open() {
   page.aside(unsaved.filter((one) => one && !draft.texts.includes(one)));
   text.readOnly = false;
   await walk.start(restored?.position || draft.position);
+  if (!isLost) page.status("");
   enterPart();
   if (restored) drafts.change();
 }
@@ -84,8 +85,10 @@ function refuse(error) {
 }
 
 function stateOf(part) {
-  if (findings[part].some(({ severity }) => severity === "blocked") && typed[part]) return "blocked";
-  return typed[part].trim() ? "written" : "empty";
+  if (!typed[part].trim()) return "empty";
+  const isFound = (kind) => findings[part].some(({ severity }) => severity === kind);
+  if (isFound("blocked")) return "blocked";
+  return isFound("suspicious") ? "doubtful" : "written";
 }
 
 function showPart() {
@@ -133,7 +136,7 @@ element("again").querySelector("button").addEventListener("click", () => { eleme
 element("submit").addEventListener("click", submit);
 
 async function submit() {
-  const missing = parts.findIndex((_, i) => stateOf(i) !== "written");
+  const missing = parts.findIndex((_, i) => ["empty", "blocked"].includes(stateOf(i)));
   if (missing >= 0) {
     walk.enter(missing);
     page.status(words[stateOf(missing) === "empty" ? "write_first" : "mend_first"]);

@@ -2,8 +2,9 @@
 const element = (id) => document.getElementById(id);
 
 export class PageView {
-  constructor(texts, language, maxCharacters) {
-    Object.assign(this, { texts, language, maxCharacters });
+  // `targets` are the names of the object to write about, by part.
+  constructor(texts, targets, language, maxCharacters) {
+    Object.assign(this, { texts, targets, language, maxCharacters });
     this.canvas = element("view");
     this.context = this.canvas.getContext("2d");
   }
@@ -39,6 +40,7 @@ export class PageView {
     const isRoom = part % 2 === 1;
     element("heading").textContent = this.say(isRoom ? "room_part" : "street_part", { turn: Math.floor(part / 2) + 1 });
     element("ask").textContent = this.texts[isRoom ? "ask_room" : "ask_street"];
+    element("target").textContent = this.targets[part];
     element("act").textContent = this.texts[isRoom ? "place" : "pick_up"];
     element("text").setAttribute("aria-label", element("heading").textContent);
     document.querySelectorAll("#parts button").forEach((button, i) => {
