@@ -39,17 +39,17 @@ def test_from_the_device_to_the_first_task(site: VerifySite) -> None:
                 assert status == 303
                 return address.removeprefix(HOME)
 
-            assert await take() == "device"
+            assert await take() == "device?stage=verify"
             assert (await person.get("/device"))[0] == 200
             status, answer = await person.post_json("/device", {**DEVICE, "width": 700})
             assert (status, answer["problems"]) == (200, ["too_narrow"])
             assert "700 pixels wide, and 800 are needed" in answer["message"]
-            assert await take() == "device"
+            assert await take() == "device?stage=verify"
             assert (await person.post_json("/device", {**DEVICE, "width": "wide"}))[0] == 400
             assert await person.post_json("/device", DEVICE) == (200, {"problems": [], "message": ""})
 
             assert await take() == "screening/verify"
-            assert (await person.post("/screening/verify", **RIGHT)) == (303, f"{HOME}placement")
+            assert (await person.post("/screening/verify", **RIGHT)) == (303, f"{HOME}placement?passed")
 
             assert await take() == "placement"
             async with person.socket("/placement") as client:

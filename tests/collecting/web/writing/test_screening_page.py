@@ -24,7 +24,7 @@ def test_right_answers_pass_once_and_for_all(site: WriteSite, language: str) -> 
     assert len(page.all("fieldset")) == len(RIGHT_WRITE)
     assert len([field for field in page.all("input") if field.get("type") == "radio"]) == 3 * len(RIGHT_WRITE)
     passed = answer(writer, language)
-    assert (passed.status, passed.headers["Location"]) == (303, home)
+    assert (passed.status, passed.headers["Location"]) == (303, f"{home}?notice=passed_write")
     assert site.store.workers.get(writer.worker.worker_id).screening["write"]["passed_at"]
     assert writer.request("GET", f"{home}screening/write").status == 303
 

@@ -69,7 +69,7 @@ def test_a_whole_task_by_keyboard_alone(browser: Browser, site: WriteSite) -> No
             if page.evaluate("document.activeElement.id") == "submit":
                 break
         page.keyboard.press("Enter")
-        page.wait_for_url(f"**/en/collect/{writer.collection.name}/")
+        page.wait_for_url(re.compile(f"/en/collect/{writer.collection.name}/[?]notice=sent$"))
     (found,) = site.store.texts.all(writer.collection.name)
     assert found.instructions == ((TEXTS[0], TEXTS[1]), (TEXTS[2], TEXTS[3]))
     assert found.evidence == {}
@@ -81,7 +81,7 @@ def test_words_at_fault_are_marked_and_block(browser: Browser, site: WriteSite) 
         page = opened(context, writer)
         page.fill("#text", "Walk two steps and (then) pick up the striped red mug <i>now</i>.")
         expect(page.locator("#marked mark.blocked")).to_have_text(["steps", "(", ")"], timeout=60_000)
-        expect(page.locator("#findings .blocked").first).to_contain_text("To mend:")
+        expect(page.locator("#findings .blocked").first).to_contain_text("Please correct:")
         expect(page.locator("#marked")).to_contain_text("<i>now</i>")
         page.locator("#findings button").first.click()
         assert page.evaluate("document.getSelection().toString()") in ("(", "steps")
@@ -103,7 +103,7 @@ def test_what_is_missing_is_said_before_submitting(browser: Browser, site: Write
         saved(page)
         page.click("#submit")
         expect(page.locator("#parts [aria-current]")).to_contain_text("2. Street")
-        expect(page.locator("#status")).to_have_text("Please mend what is marked first.")
+        expect(page.locator("#status")).to_have_text("Please correct what is marked first.")
     assert site.store.texts.all(writer.collection.name) == []
 
 

@@ -181,7 +181,7 @@ def test_a_submission_counts_once(site: WriteSite, writer: Writer) -> None:
     typed = ("  Walk straight ahead to the\nbrick building and pick up the striped  red mug.", *TEXTS[1:])
     for _ in range(2):
         answer = writer.submit(typed, evidence={"pastes": 2})
-        assert (answer.status, answer.json) == (200, {"next": f"/en/collect/{writer.collection.name}/"})
+        assert (answer.status, answer.json) == (200, {"next": f"/en/collect/{writer.collection.name}/?notice=sent"})
     (text,) = site.store.texts.all(writer.collection.name)
     assert (text.state, text.evidence) == (VERIFYING, {"pastes": 2})
     assert [failure["severity"] for failure in text.failures] == ["hint"]
