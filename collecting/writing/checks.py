@@ -29,7 +29,7 @@ SEVERITIES = (BLOCKED, SUSPICIOUS, HINT)
 """Severities of findings; hints are this project's own checks."""
 
 NEVER_SURE = frozenset(("banner",))
-"""Kinds about which the reader of texts is never sure: it also takes a shop's sign with a colour ("the blue bank") for a banner."""
+"""Kinds about which the reader of texts is never sure: it takes a shop with a colour ("the blue bank") for a banner."""
 
 IN_SIGHT = 40.0
 """Distance from the path, in units, within which a writer may well mean a thing of the kind that the text names."""

@@ -55,6 +55,7 @@ def test_consent_is_recorded_with_its_hash_and_choice(site: CollectingSite) -> N
     browser, worker_id = site.invited()
     page = browser.get(HOME)
     assert "You will write or follow short instructions" in page.text
+    assert page.text.count("<p>You will write or follow") == 1
     assert browser.post(f"{HOME}take", stage="write").location == HOME  # not before
     hashed = site.field.collection.consent_hash
     assert browser.post(f"{HOME}consent", agree="yes", consent_hash=hashed).status == 400
@@ -88,6 +89,17 @@ def test_what_is_missing_comes_before_the_first_task(site: CollectingSite) -> No
     assert takes("verify") == "placement"
     workers.record_screening(worker_id, "write", {"passed_at": "2026-11-01T12:00:00+00:00"})
     assert re.fullmatch(r"write/[0-9a-f]{32}", takes("write"))
+
+
+def test_pay_and_notices_are_said(site: CollectingSite) -> None:
+    browser, _ = site.consented()
+    page = browser.get(HOME).text
+    assert "pays 1.00 USD" in page
+    assert "pays 0.20 USD" in page
+    assert "were sent. Thank you!" in browser.get(f"{HOME}?notice=sent").text
+    assert "You passed the test." in browser.get(f"{HOME}?notice=passed_write").text
+    assert 'name="stage" value="write"' in browser.get(f"{HOME}device?stage=write").text
+    assert 'name="stage"' not in browser.get(f"{HOME}device?stage=fly").text
 
 
 def test_two_tabs_get_the_same_task(site: CollectingSite) -> None:

@@ -13,6 +13,7 @@ from arramon_lang.quality import BLOCKED, SUSPICIOUS
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import RoomPosition
 from arramon_server.sim.rules import PlacedObject
+from arramon_server.sim.section import Prop
 from tests import tiny
 from tests.lang.test_third_language import FILES
 
@@ -94,6 +95,14 @@ def test_hints_about_the_room_never_block(text: str, check: str) -> None:
 def test_things_that_are_not_in_the_street_are_hinted_at() -> None:
     found = checker().findings("Walk past the orange cone on your left and pick up the striped red mug.", 0)
     assert [(finding.check, finding.severity, finding.expected) for finding in found] == [("not_there", HINT, "cone")]
+
+
+def test_nothing_is_said_of_things_of_which_the_reader_of_texts_is_not_sure() -> None:
+    pick_up = "and pick up the striped red mug."
+    assert checker().findings(f"Walk past the blue bank on your left {pick_up}", 0) == ()
+    section = replace(tiny.SECTION, props=(*tiny.SECTION.props, Prop("cone", 2.0, 30.0, 0.0)))
+    one = TextChecker(tiny.episode("0"), section, "en", 1000)
+    assert one.findings(f"Walk past the orange cone on your left {pick_up}", 0) == (), "one stands farther on"
 
 
 def test_free_texts_of_people_pass() -> None:

@@ -75,6 +75,23 @@ def test_a_whole_task_by_keyboard_alone(browser: Browser, site: WriteSite) -> No
     assert found.evidence == {}
 
 
+def test_walking_keys_walk_from_anywhere_outside_a_text(browser: Browser, site: WriteSite) -> None:
+    writer = site.writer()
+    with window(browser, writer) as context:
+        page = opened(context, writer)
+        expect(page.locator("#status")).to_be_hidden()
+        expect(page.locator("#target")).to_have_text("striped red mug")
+        summary = page.locator("#guidelines summary")
+        expect(page.locator("#guidelines")).not_to_have_attribute("open", re.compile(""))
+        for key in ("Space", "Space"):  # It opens and folds the guidelines, and picks up nothing.
+            summary.press(key)
+        press(page, "ArrowUp")
+        expect(page.locator("#view")).to_be_focused()
+        summary.focus()
+        page.keyboard.press("Escape")
+        expect(page.locator("#view")).to_be_focused()
+
+
 def test_words_at_fault_are_marked_and_block(browser: Browser, site: WriteSite) -> None:
     writer = site.writer()
     with window(browser, writer) as context:
