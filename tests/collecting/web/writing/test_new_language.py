@@ -47,7 +47,7 @@ def test_a_language_without_grammar_is_written_and_checked(tmp_path: Path) -> No
         assert blocked.status == 422
         assert blocked.json["findings"][0][0]["message"] == "“klavo” ne estas uzebla."
         answer = writer.submit(TEXTS)
-        assert (answer.status, answer.json) == (200, {"next": f"/eo/collect/{writer.collection.name}/"})
+        assert (answer.status, answer.json) == (200, {"next": f"/eo/collect/{writer.collection.name}/?notice=sent"})
         (text,) = site.store.texts.all(writer.collection.name)
         assert text.instructions == ((TEXTS[0], TEXTS[1]), (TEXTS[2], TEXTS[3]))
         assert [failure["severity"] for failure in text.failures if failure["severity"] == "hint"] == []
