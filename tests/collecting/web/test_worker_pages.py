@@ -98,8 +98,6 @@ def test_pay_and_notices_are_said(site: CollectingSite) -> None:
     assert "pays 0.20 USD" in page
     assert "were sent. Thank you!" in browser.get(f"{HOME}?notice=sent").text
     assert "You passed the test." in browser.get(f"{HOME}?notice=passed_write").text
-    assert 'name="stage" value="write"' in browser.get(f"{HOME}device?stage=write").text
-    assert 'name="stage"' not in browser.get(f"{HOME}device?stage=fly").text
 
 
 def test_two_tabs_get_the_same_task(site: CollectingSite) -> None:
