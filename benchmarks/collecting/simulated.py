@@ -32,7 +32,7 @@ from benchmarks.collecting.people import HostPerson, Person, Texts, Verifier, Wr
 
 SETTINGS = """
 min_seconds_write = 0
-min_seconds_verify = 2
+min_seconds_verify = 1
 gold_share = 0.0
 task_minutes = 1
 """
