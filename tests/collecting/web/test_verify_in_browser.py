@@ -105,7 +105,7 @@ def test_the_placement_test_is_repeated_and_passed(browser: Browser, site: Verif
         press(page, actions[:-1])
         page.keyboard.press(KEYS[tiny.P])
         expect(page.locator("#status")).to_contain_text("Placement test passed")
-        expect(page.get_by_role("link", name="Go on")).to_be_visible()
+        expect(page.get_by_role("button", name="Go on")).to_be_visible()
     assert site.store.workers.get(worker.worker_id).placement_passed_at is not None
 
 

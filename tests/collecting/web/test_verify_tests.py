@@ -40,7 +40,10 @@ def test_from_the_device_to_the_first_task(site: VerifySite) -> None:
                 return address.removeprefix(HOME)
 
             assert await take() == "device?stage=verify"
-            assert (await person.get("/device"))[0] == 200
+            chosen = '<input type="hidden" name="stage" value="verify">'
+            for query, leads_on in (("?stage=verify", True), ("?stage=fly", False), ("", False)):
+                status, page = await person.get(f"/device{query}")
+                assert (status, chosen in page) == (200, leads_on)
             status, answer = await person.post_json("/device", {**DEVICE, "width": 700})
             assert (status, answer["problems"]) == (200, ["too_narrow"])
             assert "700 pixels wide, and 800 are needed" in answer["message"]

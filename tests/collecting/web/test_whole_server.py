@@ -44,7 +44,7 @@ def test_from_the_studys_address_to_the_completion_code(tmp_path: Path, capsys: 
     browser.post(f"{HOME}consent", agree="yes", keep_texts="yes", consent_hash=hashed)
     assert "Follow instructions" not in browser.get(HOME).text  # the study is of the stage "write"
     assert browser.post(f"{HOME}take", stage="verify").status == 400
-    assert browser.post(f"{HOME}take", stage="write").location == f"{HOME}device"
+    assert browser.post(f"{HOME}take", stage="write").location == f"{HOME}device?stage=write"
     assert browser.send_json(f"{HOME}device", DEVICE).status == 200
     assert browser.post(f"{HOME}take", stage="write").location == f"{HOME}screening/write"
     assert browser.post(f"{HOME}screening/write", **RIGHT_WRITE).location == HOME
