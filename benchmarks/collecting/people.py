@@ -96,7 +96,7 @@ class Person:
     def _measure(self) -> None:
         self.page.wait_for_load_state("networkidle")  # until its script listens
         self.page.keyboard.press("ArrowUp")
-        self.page.locator("#go-on a").click()
+        self.page.locator("#go-on a, #go-on button").click()
         self.page.wait_for_load_state()
 
     def _answer(self, right: Mapping[str, str]) -> None:
@@ -111,7 +111,7 @@ class Person:
         for lesson in practice_split().episodes.values():
             actions = [action for turn in lesson.turns for action in (*turn.actions, *turn.room_actions)]
             self._press(actions, episode=lesson.episode_id, kill_chance=0.0)
-        self.page.locator("#go-on a").click()
+        self.page.locator("#go-on a, #go-on button").click()
         self.page.wait_for_load_state()
 
     def _press(
