@@ -47,7 +47,7 @@ def test_from_the_studys_address_to_the_completion_code(tmp_path: Path, capsys: 
     assert browser.post(f"{HOME}take", stage="write").location == f"{HOME}device?stage=write"
     assert browser.send_json(f"{HOME}device", DEVICE).status == 200
     assert browser.post(f"{HOME}take", stage="write").location == f"{HOME}screening/write"
-    assert browser.post(f"{HOME}screening/write", **RIGHT_WRITE).location == HOME
+    assert browser.post(f"{HOME}screening/write", **RIGHT_WRITE).location == f"{HOME}?notice=passed_write"
     task = browser.post(f"{HOME}take", stage="write").location
     assert browser.get(task).status == 200
     assert browser.send_json(f"{task}/open", {"editor": EDITOR}).status == 200
