@@ -64,7 +64,7 @@ def test_from_the_studys_address_to_the_completion_code(tmp_path: Path, capsys: 
     assert browser.send_json(f"{task}/submit", {**draft, "submission": SUBMISSION}).status == 200
     page = browser.get(HOME)
     assert 'href="https://platform.example/complete?cc=C0DE"' in page.text
-    assert "1.00 USD" in page.text
+    assert '<td class="number">1.00 USD</td>' in page.text
     with closing(Database(f"sqlite:///{data / 'journal.db'}")) as database:
         store = Store(database)
         (worker,) = store.workers.all("col")
