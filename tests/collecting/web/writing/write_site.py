@@ -112,6 +112,10 @@ class WriteSite(PageServer):
         chosen = read_settings({"min_seconds_write": 0, "max_characters": 200, **settings}, "test")
         name = f"col{self._collections}"
         collection = self.store.collections.create(name, "write", language, "tiny", chosen)
+        return self.another_writer(collection)
+
+    def another_writer(self, collection: Collection) -> Writer:
+        """Return a writer with an open task in an existing collection."""
         worker = self.worker(collection)
         task = self.store.tasks.claim_write(collection, worker, ["1", "2"])
         assert task is not None
