@@ -1,4 +1,4 @@
-"""A whole collection in a language that has data files alone: two write, three verify, a host reviews, an agent plays it."""
+"""A collection in a language of data files alone: two write, three verify, a host reviews, an agent plays it."""
 
 import asyncio
 import json
@@ -7,7 +7,6 @@ import sys
 from contextlib import closing
 from pathlib import Path
 from textwrap import dedent
-from typing import Any
 
 import pytest
 
@@ -16,7 +15,7 @@ from arramon_server.episodes.splits import read_split, split_folder
 from tests import tiny
 from tests.collecting.web.verify_site import DEVICE, browsers
 from tests.collecting.web.writing.test_new_language import PAGE_WORDS, TEXTS
-from tests.collecting.web.writing.write_site import WriteSite
+from tests.collecting.web.writing.write_site import Writer, WriteSite
 from tests.collecting.writing.test_checks import QUALITY
 from tests.lang.test_third_language import FILES
 
@@ -64,7 +63,7 @@ def test_a_collection_from_its_data_files_to_a_played_split(tmp_path: Path, monk
     assert json.loads(played.stdout)["run"]["language"] == "eo"
 
 
-def verify(site: WriteSite, writer: Any) -> None:
+def verify(site: WriteSite, writer: Writer) -> None:
     """Let three people follow both texts; two of them flag one."""
     workers, collection = site.store.workers, writer.collection
     people = []
@@ -75,7 +74,6 @@ def verify(site: WriteSite, writer: Any) -> None:
         workers.record_screening(person.worker_id, "verify", {"attempts": 0, "passed_at": now, "until": None})
         workers.record_placement(person.worker_id)
         people.append(workers.get(person.worker_id))
-    site.collection = collection
 
     async def play() -> None:
         async with browsers(site, *people) as opened:
@@ -91,7 +89,7 @@ def verify(site: WriteSite, writer: Any) -> None:
     asyncio.run(play())
 
 
-def accept(site: WriteSite, writer: Any, text_id: str) -> None:
+def accept(site: WriteSite, writer: Writer, text_id: str) -> None:
     """Let a host accept a text."""
     host, _ = site.store.workers.invite(writer.collection, role="host")
 

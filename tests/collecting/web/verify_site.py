@@ -4,7 +4,7 @@ import json
 from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import aiohttp
 
@@ -78,10 +78,18 @@ def verify_site(data: Path, *more: str, **settings: object) -> Iterator[VerifySi
         yield site
 
 
+class SignedInSite(Protocol):
+    """What browsers need of a server: address of its pages, storage, and the collection that is verified."""
+
+    site: str
+    store: Store
+    collection: Collection
+
+
 class Browser:
     """A browser in which a worker or host is signed in; it follows no redirects."""
 
-    def __init__(self, site: VerifySite, person: Worker, session: aiohttp.ClientSession) -> None:
+    def __init__(self, site: SignedInSite, person: Worker, session: aiohttp.ClientSession) -> None:
         self.site, self.person, self.session = site, person, session
         self.cookie = site.store.sign_ins.open(person.worker_id)
         found = site.store.sign_ins.find(person.collection, self.cookie)
@@ -136,7 +144,7 @@ async def hello(client: PageClient, **more: object) -> None:
 
 
 @asynccontextmanager
-async def browsers(site: VerifySite, *people: Worker) -> AsyncIterator[list[Browser]]:
+async def browsers(site: SignedInSite, *people: Worker) -> AsyncIterator[list[Browser]]:
     """A browser for each person."""
     async with aiohttp.ClientSession(cookie_jar=aiohttp.DummyCookieJar()) as session:
         yield [Browser(site, person, session) for person in people]

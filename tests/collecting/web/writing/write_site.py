@@ -97,7 +97,13 @@ class Writer:
 
 
 class WriteSite(PageServer):
-    """The server, and the storage that it uses."""
+    """The server, and the storage that it uses.
+
+    Attributes:
+        collection: the latest collection.
+    """
+
+    collection: Collection
 
     def __init__(self, data: Path, *more: str, environment: Mapping[str, str] | None = None) -> None:
         super().__init__(data, *more, environment=environment)
@@ -111,7 +117,7 @@ class WriteSite(PageServer):
         self._collections += 1
         chosen = read_settings({"min_seconds_write": 0, "max_characters": 200, **settings}, "test")
         name = f"col{self._collections}"
-        collection = self.store.collections.create(name, "write", language, "tiny", chosen)
+        self.collection = collection = self.store.collections.create(name, "write", language, "tiny", chosen)
         return self.another_writer(collection)
 
     def another_writer(self, collection: Collection) -> Writer:
