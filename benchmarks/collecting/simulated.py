@@ -125,7 +125,7 @@ class Simulation:
             for episode in self._split.episodes.values()
             for number, text in enumerate(own[episode.episode_id])
         }
-        links = {role: self._links(language, role, count) for role, count in (("worker", 10), ("host", 1))}
+        links = {role: self._links(language, role, count) for role, count in (("worker", 13), ("host", 1))}
         link = iter(links["worker"])
         common: dict[str, object] = {"server": self._server, "browser": self._browser, "language": language}
 
@@ -140,7 +140,7 @@ class Simulation:
             *(writer(f"careful writer {number}", right) for number in (1, 2, 3)),
             writer("careless writer", other),
             writer("pastes", right, pastes=True),
-            *(verifier(f"careful verifier {number}") for number in (1, 2, 3)),
+            *(verifier(f"careful verifier {number}") for number in range(1, 7)),
             verifier("hasty verifier", is_hasty=True),
             HostPerson(name="host", link=links["host"][0], **common),  # type: ignore[arg-type]
         ]
