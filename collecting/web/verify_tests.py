@@ -1,16 +1,16 @@
 """The pages before the first verification: the screening test, and the placement test with its WebSocket."""
 
-from datetime import timedelta
 from typing import Any
 
 from aiohttp import web
 
-from arramon_collecting.rules.screening import CHOICES, Screening, wrong_answers
+from arramon_collecting.rules.screening import Screening
 from arramon_collecting.rules.verify_test import RIGHT_VERIFY
 from arramon_collecting.storage.records import VERIFY, Collection
 from arramon_collecting.verifying.placement_test import LESSONS, TEST_ALONE
 from arramon_collecting.web.access import Visitor
 from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
+from arramon_collecting.web.screening_attempts import judge, screening_context, standing
 from arramon_collecting.web.verify_settings import play_settings
 from arramon_collecting.web.verify_socket import VerifySockets
 from arramon_server.errors import Conflict
@@ -44,7 +44,7 @@ class VerifyTests:
     async def _show_screening(self, request: web.Request) -> web.StreamResponse:
         def make() -> web.Response:
             collection, visitor = self._visitor(request)
-            screening = Screening.stored(visitor.worker.screening.get(VERIFY, {}))
+            screening = standing(visitor, VERIFY)
             if screening.passed_at is not None:
                 return see_other(_home(request))
             return self._screening_page(request, collection, visitor, screening, ())
@@ -57,17 +57,7 @@ class VerifyTests:
         def make() -> web.Response:
             collection, visitor = self._visitor(request)
             self._handlers.check(request, visitor, fields)
-            settings, store = collection.settings, self._handlers.store
-            before = Screening.stored(visitor.worker.screening.get(VERIFY, {}))
-            wrong = wrong_answers(fields, RIGHT_VERIFY)
-            after = before.answered(
-                is_right=not wrong,
-                now=store.clock(),
-                attempts=settings.screening_attempts,
-                pause=timedelta(minutes=settings.screening_pause_minutes),
-            )
-            if after != before:
-                store.workers.record_screening(visitor.worker.worker_id, VERIFY, after.as_stored())
+            after, wrong = judge(self._handlers.store, collection, visitor, VERIFY, fields, RIGHT_VERIFY)
             if after.passed_at is not None:
                 return see_other(f"{_home(request)}placement?passed")
             return self._screening_page(request, collection, visitor, after, wrong)
@@ -82,13 +72,8 @@ class VerifyTests:
         screening: Screening,
         wrong: tuple[str, ...],
     ) -> web.Response:
-        attempts = collection.settings.screening_attempts
         context: dict[str, Any] = {
-            "paused_until": screening.until if screening.is_paused(self._handlers.store.clock()) else None,
-            "wrong": wrong,
-            "attempts": attempts,
-            "attempts_left": attempts - screening.attempts,
-            "questions": [{"name": name, "choices": CHOICES, "right": right} for name, right in RIGHT_VERIFY.items()],
+            **screening_context(self._handlers.store, collection, screening, wrong, RIGHT_VERIFY),
             "here_address": request.path,
         }
         return self._handlers.page(request, "collect/screening_verify.html", collection, context, visitor=visitor)

@@ -1,15 +1,15 @@
 """The screening test before writing, `/LANGUAGE/collect/NAME/screening/write`: a form that needs no scripts."""
 
-from datetime import timedelta
 from typing import Any
 
 from aiohttp import web
 
-from arramon_collecting.rules.screening import CHOICES, RIGHT_WRITE, Screening, wrong_answers
+from arramon_collecting.rules.screening import RIGHT_WRITE, Screening
 from arramon_collecting.storage.records import WRITE, Collection
 from arramon_collecting.storage.workers import check_active
 from arramon_collecting.web.access import Visitor
 from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
+from arramon_collecting.web.screening_attempts import judge, screening_context, standing
 from arramon_collecting.web.writing.guidelines import guidelines_context
 
 ADDRESS = f"{BASE}/screening/{WRITE}"
@@ -36,7 +36,7 @@ class WriteScreening:
     async def _ask(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
             collection, visitor = self._handlers.visitor(request)
-            found = _standing(visitor)
+            found = standing(visitor, WRITE)
             if found.passed_at is not None:
                 return see_other(_home(request))
             return self._page(request, collection, visitor, found, ())
@@ -50,16 +50,7 @@ class WriteScreening:
             collection, visitor = self._handlers.visitor(request)
             self._handlers.check(request, visitor, fields)
             check_active(visitor.worker)
-            before, settings = _standing(visitor), collection.settings
-            wrong = wrong_answers(fields, RIGHT_WRITE)
-            found = before.answered(
-                is_right=not wrong,
-                now=self._handlers.store.clock(),
-                attempts=settings.screening_attempts,
-                pause=timedelta(minutes=settings.screening_pause_minutes),
-            )
-            if found != before:
-                self._handlers.store.workers.record_screening(visitor.worker.worker_id, WRITE, found.as_stored())
+            found, wrong = judge(self._handlers.store, collection, visitor, WRITE, fields, RIGHT_WRITE)
             if found.passed_at is not None:
                 return see_other(f"{_home(request)}?notice=passed_write")
             return self._page(request, collection, visitor, found, wrong)
@@ -74,20 +65,11 @@ class WriteScreening:
         found: Screening,
         wrong: tuple[str, ...],
     ) -> web.Response:
-        attempts = collection.settings.screening_attempts
         context: dict[str, Any] = {
-            "questions": [{"name": name, "choices": CHOICES, "right": right} for name, right in RIGHT_WRITE.items()],
-            "wrong": wrong,
-            "attempts": attempts,
-            "attempts_left": attempts - found.attempts,
-            "paused_until": found.until if found.is_paused(self._handlers.store.clock()) else None,
+            **screening_context(self._handlers.store, collection, found, wrong, RIGHT_WRITE),
             **guidelines_context(request_texts(request), collection, is_open=True),
         }
         return self._handlers.page(request, "write/screening.html", collection, context, visitor=visitor)
-
-
-def _standing(visitor: Visitor) -> Screening:
-    return Screening.stored(visitor.worker.screening.get(WRITE, {}))
 
 
 def _home(request: web.Request) -> str:
