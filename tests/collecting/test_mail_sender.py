@@ -97,7 +97,7 @@ def test_a_mail_is_sent_once_in_the_workers_language(tmp_path: Path, smtp: Contr
         assert (sender.send_next(), sender.send_next()) == (True, False)
         (message,) = smtp.handler.messages
         assert (message["To"], message["From"]) == ("ann@example.org", "host@example.org")
-        assert message["Subject"] == "कृपया अपना पाठ फिर देखें"
+        assert message["Subject"] == "कृपया अपने निर्देश फिर देखें"
         body = message.get_content()
         assert "कौन-सा बैंक?" in body
         assert "https://a.org/hi/collect/col/" in body
