@@ -242,7 +242,7 @@ class Pages:
             watched = find()
             is_private = self._watch.is_private(request, watched.watched)
             context = self._watch.context(texts, request, watched)
-            if watched.watched.entry is None:
+            if watched.watched.entry is None or watched.watched.split.hidden:
                 return self._watch_page(request, "watch.html", texts, context, is_private=is_private)
             run, episode = request.match_info["run"], request.match_info["episode"]
             context |= self._episodes.episode_context(texts, run, episode, request.query)

@@ -164,7 +164,7 @@ class WatchPages:
 
     def is_private(self, request: web.Request, watched: WatchedRun) -> bool:
         """Return whether a page of a run must not be kept by caches, as not everybody may see the same."""
-        return watched.entry is None or COOKIE in request.cookies
+        return watched.entry is None or watched.split.hidden or COOKIE in request.cookies
 
     def _others(self, caller: Caller, watched: WatchedRun, episode_id: str = "") -> list[Run]:
         return self._runs.others(caller, watched, OTHER_RUNS, episode_id)

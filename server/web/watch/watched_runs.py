@@ -19,7 +19,7 @@ class WatchedRun:
 
     Attributes:
         run: the run.
-        split: its split, which is open.
+        split: its split; hidden ones are for hosts.
         entry: its entry on the leaderboard; None if it is not published.
         is_own: whether the caller is on the machine of the server, and may see all runs without account there. Who has
             signed in may be playing the run, so it is no reason to show the ground truth early.
@@ -67,7 +67,7 @@ class WatchedEpisode:
 class WatchedRuns:
     """Finds runs and episodes for the callers of the pages.
 
-    Hidden splits are never watched on pages, not even by the host, who can film them.
+    Runs of hidden splits are watched by the host alone, once signed in.
 
     Args:
         splits: the splits served, by name.
@@ -84,15 +84,16 @@ class WatchedRuns:
         """Return a run that the caller may watch: a published one, or one that it may see unpublished.
 
         Raises:
-            NotFound: if there is none: the error is the same for one that the caller may not see, that is on a hidden
-                split, whose data has changed, or whose leaderboard is frozen.
+            NotFound: if there is none: the error is the same for one that the caller may not see, as on a hidden split
+                all but hosts, whose data has changed, or whose leaderboard is frozen.
         """
         entry = self._published(run_id)
         run = self._journal.run(run_id) if entry is None else entry.run
         sees_all = caller.may_see_withheld(run, published=entry is not None)
         split = self._splits.get(run.split)
         is_shown = sees_all or (entry is not None and not entry.frozen)
-        if not is_shown or split is None or split.hidden or split.data_hash != run.data_hash:
+        is_withheld = split is not None and split.hidden and caller.role is not Role.HOST
+        if not is_shown or split is None or is_withheld or split.data_hash != run.data_hash:
             raise NotFound(f"there is no run {quoted(run_id)} to watch")
         is_own = sees_all and caller.may_list and caller.role is Role.ANONYMOUS
         return WatchedRun(run, split, entry, is_own)

@@ -24,7 +24,7 @@ from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.records import CANCELLED
 from arramon_server.web.watch.sign_in import COOKIE, SignIn
 from arramon_server.web.watch.viewers import Viewers
-from tests.web.leaderboard_site import OPEN_RUN, LeaderboardSite
+from tests.web.leaderboard_site import HIDDEN_RUN, OPEN_RUN, LeaderboardSite
 from tests.web.serving import Site
 from tests.web.watch.test_access import EPISODE, LIVE_RUN, addresses, served, statuses, truth_of
 
@@ -86,6 +86,25 @@ def test_own_runs_can_be_watched_and_those_of_others_cannot(owned: LeaderboardSi
         listed = site.get("/en/watch", headers).text
         assert (LIVE_RUN in listed) is (status == 200)
         assert f"Signed in as <bdi>{name}</bdi>" in listed
+
+
+@pytest.mark.parametrize("published", [True, False])
+def test_a_hidden_split_is_watched_by_hosts_alone_and_kept_by_no_cache(owned: LeaderboardSite, published: bool) -> None:
+    if published:
+        owned.play(HIDDEN_RUN, "hidden")
+    else:
+        owned.run(HIDDEN_RUN, split="hidden", participant="ann", account="ann")
+    with signing(owned) as site:
+        pages = [*addresses(HIDDEN_RUN), f"/en/runs/{HIDDEN_RUN}/failures", f"/en/runs/{HIDDEN_RUN}/differences"]
+        for headers in ({}, signed_in(site, tokens["ann"]), signed_in(site, tokens["bob"])):
+            assert {site.get(page, headers).status for page in pages} == {404}
+            assert HIDDEN_RUN not in site.get("/en/watch", headers).text
+        chair = signed_in(site, tokens["chair"])
+        got = [site.get(page, chair) for page in pages]
+        assert [(page, one.status) for page, one in zip(pages, got, strict=True)] == [(page, 200) for page in pages]
+        assert all(one.headers["cache-control"].startswith("private") for one in got)
+        assert HIDDEN_RUN in site.get("/en/watch", chair).text
+        assert {site.get(page).status for page in pages} == {404}
 
 
 def test_who_plays_a_run_is_not_shown_where_it_leads(owned: LeaderboardSite) -> None:
