@@ -22,6 +22,9 @@ SECTIONS = 64
 
 WARM_UP_SECONDS = 1.0
 
+LONGEST_WAIT_SECONDS = 60.0
+"""Time after which a measurement without a step is given up."""
+
 
 @dataclass
 class TimedRandomWalk:
@@ -85,12 +88,18 @@ class PlayRate:
 
 
 def measure_play(agent: TimedRandomWalk, seconds: float) -> PlayRate:
-    """Measure the speed of an agent's play for some seconds."""
+    """Measure the speed of an agent's play for some seconds.
+
+    Raises:
+        SystemExit: if it plays no step for a minute, as when all episodes of its run have ended.
+    """
     agent.reset()
     started = time.perf_counter()
     time.sleep(seconds)
     steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
     while not waits:  # In a short time on a busy machine there may be none.
+        if elapsed > seconds + LONGEST_WAIT_SECONDS:
+            sys.exit("no step was played for a minute: the run has too few episodes; give more with --data")
         time.sleep(0.05)
         steps, waits, elapsed = agent.steps, sorted(agent.waits), time.perf_counter() - started
     return PlayRate(steps / elapsed, 1e3 * statistics.fmean(waits), *percentiles(waits), steps)
