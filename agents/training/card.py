@@ -8,7 +8,7 @@ TRAIN = "train"
 
 GENERATED = (
     "- It is trained by imitation on generated episodes alone. On people's instructions such agents reach less "
-    "(`docs/results.md`)."
+    "(`docs/results/agents.md`)."
 )
 FINE_TUNED = (
     "- It is trained by imitation, at last on the texts of `{split}` alone: what it could before may have suffered."

@@ -20,7 +20,7 @@ WHAT = {
 LIMITS = """\
 - It sees one image at a time and remembers only its own actions, not the places where it has been.
 - The model of a phase knows nothing of the other; a wrong turn 1 leaves turn 2 where the training never was.
-- It is a baseline, and far from human level. Compare with `docs/results.md`."""
+- It is a baseline, and far from human level. Compare with `docs/results/agents.md`."""
 
 
 def card(policy: VlPolicy, recipe: Recipe) -> str:

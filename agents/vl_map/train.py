@@ -30,7 +30,8 @@ IMAGE_SIZE = 224
 """Side length of the images in validation, in pixels."""
 
 LIMITS = """\
-- It is trained on generated episodes alone. On people's instructions it reaches less than half of it (docs/results.md).
+- It is trained on generated episodes alone. On people's instructions it reaches less than half of it
+  (`docs/results/agents.md`).
 - In training its eyes are simulated: the faults are drawn at the rates that were measured on frames of `train`, one
   thing at a time. Things that hide each other, or are cut off at a frame's edge, are not simulated.
 - It knows the instruction only as the learned reader read it, mistakes included.

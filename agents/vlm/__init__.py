@@ -68,7 +68,7 @@ def make_agent(
         concurrency: the most calls at the same time.
         max_calls, max_tokens, max_cost: limits of the run, in calls, tokens and US dollars; at the first one the run
             stops and can be resumed, with higher limits if you like.
-        prices: a TOML file with prices per million tokens; see docs/models.md.
+        prices: a TOML file with prices per million tokens; see docs/how-to/models.md.
         trace: folder of the trace `RUN.vlm.jsonl`; None for that of the results.
 
     Raises:

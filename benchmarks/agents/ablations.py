@@ -1,4 +1,4 @@
-"""Ablations of `agents.vl` at equal compute, and of `agents.vl_map` at play: the tables of docs/ablations.md.
+"""Ablations of `agents.vl` at equal compute, and of `agents.vl_map` at play: the tables of docs/results/ablations.md.
 
     python -m benchmarks.agents.ablations [--data DIR] [--runs DIR] [--cache DIR] [--seconds S] [--room-seconds S]
                                           [--train-episodes N] [--rooms N] [--seeds 1,2] [--episodes N] [--rows A,B]

@@ -1,4 +1,4 @@
-"""Scores of agents on people's instructions: the table in docs/results.md.
+"""Scores of agents on people's instructions: the table in docs/results/agents.md.
 
     python -m benchmarks.agents.people_agents DATA [--split S] [--lang L] [--episodes N] [--runs DIR] [--tuned DIR]
                                               [--agents A,B] [--page FILE] [--play-only]
@@ -108,7 +108,7 @@ def main() -> None:
     parser.add_argument("--runs", type=Path, default=Path("arramon-results/people"))
     parser.add_argument("--tuned", type=Path, help="folder with what was fine-tuned")
     parser.add_argument("--agents", default=",".join(AGENTS))
-    parser.add_argument("--page", type=Path, default=Path("docs/results.md"))
+    parser.add_argument("--page", type=Path, default=Path("docs/results/agents.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     split = read_split(split_folder(given.data, given.split))

@@ -1,4 +1,4 @@
-"""Scores of agents in runs of `arramon-client` on the embedded server: the tables of docs/results.md.
+"""Scores of agents in runs of `arramon-client` on the embedded server: the tables of docs/results/agents.md.
 
     python -m benchmarks.agents.results [--data DIR] [--runs DIR] [--weights DIR ...] [--episodes N] [--agents A,B]
                                         [--splits S,T] [--hidden-agents A,B] [--page FILE] [--play-only]
@@ -102,7 +102,7 @@ def main() -> None:
     parser.add_argument("--agents", default=",".join(AGENTS))
     parser.add_argument("--splits", default=",".join(SPLITS))
     parser.add_argument("--hidden-agents", default=",".join(HIDDEN_AGENTS), help=f"that play {HIDDEN}; empty for none")
-    parser.add_argument("--page", type=Path, default=Path("docs/results.md"))
+    parser.add_argument("--page", type=Path, default=Path("docs/results/agents.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     splits = [split for split in given.splits.split(",") if split]

@@ -202,7 +202,7 @@ def study_options(doc: str | None, name: str) -> argparse.ArgumentParser:
     parser.add_argument("--rooms", type=int, default=2000, help="drawn rooms to learn from")
     parser.add_argument("--seeds", default="1", help="of training, separated by commas")
     parser.add_argument("--episodes", type=int, default=0, help="of each split; 0 for all")
-    parser.add_argument("--page", type=Path, default=Path(f"docs/{name}.md"))
+    parser.add_argument("--page", type=Path, default=Path(f"docs/results/{name}.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     return parser
 

@@ -1,4 +1,4 @@
-"""Comparison of tokenizers, encoders and cross-lingual transfer at equal compute: the tables of docs/transfer.md.
+"""Tokenizers, encoders and cross-lingual transfer at equal compute: the tables of docs/results/transfer.md.
 
     python -m benchmarks.agents.transfer [--data DIR] [--runs DIR] [--cache DIR] [--phases assembly,navigation]
                                          [--rooms N] [--train-episodes N] [--seconds S] [--navigation-seconds S]

@@ -106,7 +106,7 @@ def _check_language(code: str, split: Split, *, is_review: bool) -> None:
     try:
         load(code)
     except UnknownLanguage as error:
-        raise NotFound(f"{error}; docs/languages.md says which files a language needs") from error
+        raise NotFound(f"{error}; docs/how-to/languages.md says which files a language needs") from error
 
 
 def _site(arguments: argparse.Namespace, config: Config) -> str:

@@ -1,4 +1,4 @@
-"""Rewards for an agent's actions: "sparse", "progress" or "none" (see `docs/environments.md`)."""
+"""Rewards for an agent's actions: "sparse", "progress" or "none" (see `docs/reference/environments.md`)."""
 
 import math
 from collections.abc import Sequence

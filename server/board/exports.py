@@ -1,4 +1,4 @@
-"""Export of listings as CSV and JSON files, see `docs/leaderboard.md`."""
+"""Export of listings as CSV and JSON files, see `docs/explanation/leaderboard.md`."""
 
 import csv
 import io

@@ -46,7 +46,7 @@ class ContradictorySettings(BadInput):
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """The server's settings, each with its description; `docs/configuration.md` lists them.
+    """The server's settings, each with its description; `docs/reference/configuration.md` lists them.
 
     Raises:
         ContradictorySettings: if settings contradict each other.

@@ -1,7 +1,7 @@
 """Reading, writing and validation of files: episodes (JSON Lines), sections and provenance (one JSON object each).
 
 The first line of an episode file is the header; every further line is one `Episode` (see `episode`), field by field.
-Version 1 has no `furniture`. `docs/episodes.md` describes the format for authors of such files.
+Version 1 has no `furniture`. `docs/reference/episodes.md` describes the format for authors of such files.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Every call of the API by every role: what `docs/accounts.md` grants, and no more."""
+"""Every call of the API by every role: what `docs/how-to/accounts.md` grants, and no more."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack

@@ -1,4 +1,4 @@
-"""The list of commands in docs/benchmarks.md, and all other places that name a benchmark: they are true."""
+"""The list of commands in docs/results/benchmarks.md, and all other places that name a benchmark: they are true."""
 
 import contextlib
 import io
@@ -12,7 +12,7 @@ import pytest
 from tests import ROOT, forked
 from tests.benchmarks.command import run_module
 
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 COMMAND = re.compile(r"python -m (benchmarks(?:\.\w+)+)([^`\n#\")]*)")
 
@@ -37,7 +37,7 @@ def named() -> list[tuple[str, str, str]]:
 
 
 def test_every_command_is_listed() -> None:
-    listed = {module for page, module, _ in named() if page == "docs/benchmarks.md"}
+    listed = {module for page, module, _ in named() if page == "docs/results/benchmarks.md"}
     assert listed == modules()
 
 

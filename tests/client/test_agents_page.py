@@ -1,4 +1,4 @@
-"""Numbers in docs/agents.md, compared with the code."""
+"""Numbers in docs/reference/agents.md, compared with the code."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from arramon_server.sim import cameras, room, rules
 from arramon_server.sim.view import view
 from tests import ROOT, tiny
 
-PAGE = (ROOT / "docs" / "agents.md").read_text()
+PAGE = (ROOT / "docs" / "reference" / "agents.md").read_text()
 CONFIG = Config()
 LARGEST = 65535 * float(THOUSANDTHS)
 

@@ -281,7 +281,7 @@ def test_limits_on_unknown_splits_are_refused(tmp_path: Path) -> None:
 
 
 def test_documented_examples_are_valid_settings(tmp_path: Path) -> None:
-    text = (ROOT / "docs" / "configuration.md").read_text()
+    text = (ROOT / "docs" / "reference" / "configuration.md").read_text()
     (example,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     file = tmp_path / "a.toml"
     file.write_text(example)
@@ -444,7 +444,7 @@ def test_printed_configuration_can_be_loaded_as_a_file(tmp_path: Path) -> None:
 
 
 def test_documented_settings_table_matches_the_code() -> None:
-    text = (ROOT / "docs" / "configuration.md").read_text()
+    text = (ROOT / "docs" / "reference" / "configuration.md").read_text()
     assert as_table() in text, "renew it with: arramon-server config --table"
     assert text.count("\n| `") == len(EVERYTHING)
 

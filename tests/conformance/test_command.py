@@ -21,7 +21,7 @@ from tests.conformance.breakers.faults import answers, sets
 from tests.conformance.forwarder import Fault, Forwarder
 from tests.serving import Server
 
-DOCS = ROOT / "docs" / "conformance.md"
+DOCS = ROOT / "docs" / "reference" / "conformance.md"
 
 
 def command(address: str, token: str, *more: str) -> int:

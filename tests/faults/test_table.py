@@ -1,4 +1,4 @@
-"""The table in `docs/faults.md`: every test that it names exists."""
+"""The table in `docs/explanation/faults.md`: every test that it names exists."""
 
 import re
 
@@ -6,7 +6,7 @@ from tests import ROOT
 
 
 def test_faults_table_names_existing_tests() -> None:
-    named = re.findall(r"`([\w/]+\.py)(?:::(\w+))?`", (ROOT / "docs" / "faults.md").read_text())
+    named = re.findall(r"`([\w/]+\.py)(?:::(\w+))?`", (ROOT / "docs" / "explanation" / "faults.md").read_text())
     assert len(named) > 20
     for path, name in named:
         if path.startswith("benchmarks/"):

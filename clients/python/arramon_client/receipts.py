@@ -71,7 +71,7 @@ class Receipt:
 
     Attributes:
         public_key: 32 bytes; trust it only if it is the host's key.
-        content: the signed content as plain data, described in `docs/receipts.md`.
+        content: the signed content as plain data, described in `docs/reference/receipts.md`.
         digest: SHA-256 of the signed content, 32 bytes.
         payload: the signed content as text.
         signature: the signature of the payload, 64 bytes.

@@ -806,7 +806,7 @@ Global___GetBreakdownRequest: _TypeAlias = GetBreakdownRequest  # noqa: Y015
 @_typing.final
 class Breakdown(_message.Message):
     """A run's scores by groups of turns. On a hidden split only groups of at least 20 episodes are in it, of which no
-    combination tells of fewer; means have noise, and are rounded. docs/report.md states the rule.
+    combination tells of fewer; means have noise, and are rounded. docs/reference/report.md states the rule.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
@@ -985,7 +985,7 @@ Global___Note: _TypeAlias = Note  # noqa: Y015
 
 @_typing.final
 class Receipt(_message.Message):
-    """A run's results, signed by the host. `payload` is JSON (RFC 8785), described in docs/receipts.md; the signature is over
+    """A run's results, signed by the host. `payload` is JSON (RFC 8785), described in docs/reference/receipts.md; the signature is over
     its exact bytes.
     """
 
@@ -1187,7 +1187,7 @@ class Score(_message.Message):
     metric: _builtins.str
     """"nDTW", "CTC-0", "rPOD", "rPOD@CTC-3", ..."""
     mean: _builtins.float
-    """On a hidden split with noise, and rounded, see docs/leaderboard.md."""
+    """On a hidden split with noise, and rounded, see docs/explanation/leaderboard.md."""
     low: _builtins.float
     """95% confidence interval for the mean over episodes of these sections; within [0, 1]."""
     high: _builtins.float

@@ -126,7 +126,7 @@ class LeaderboardServicer:
         raise NotImplementedError('Method not implemented!')
 
     def Export(self, request, context):
-        """Returns a whole list as a file, described in docs/leaderboard.md.
+        """Returns a whole list as a file, described in docs/explanation/leaderboard.md.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -50,7 +50,7 @@ class LeaderboardStub:
     is not ranked.
     """
     Export: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.ExportRequest, _leaderboard_pb2.ExportResponse]
-    """Returns a whole list as a file, described in docs/leaderboard.md."""
+    """Returns a whole list as a file, described in docs/explanation/leaderboard.md."""
     GetActions: _grpc.UnaryUnaryMultiCallable[_leaderboard_pb2.GetActionsRequest, _leaderboard_pb2.Actions]
     """Returns the actions of a published run, so that anyone can rescore its receipt; on a split that is open, or an epoch
     whose secret is revealed. FAILED_PRECONDITION on any other split.
@@ -82,7 +82,7 @@ class LeaderboardAsyncStub(LeaderboardStub):
     is not ranked.
     """
     Export: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.ExportRequest, _leaderboard_pb2.ExportResponse]  # type: ignore[assignment]
-    """Returns a whole list as a file, described in docs/leaderboard.md."""
+    """Returns a whole list as a file, described in docs/explanation/leaderboard.md."""
     GetActions: _aio.UnaryUnaryMultiCallable[_leaderboard_pb2.GetActionsRequest, _leaderboard_pb2.Actions]  # type: ignore[assignment]
     """Returns the actions of a published run, so that anyone can rescore its receipt; on a split that is open, or an epoch
     whose secret is revealed. FAILED_PRECONDITION on any other split.
@@ -147,7 +147,7 @@ class LeaderboardServicer(metaclass=_abc_1.ABCMeta):
         request: _leaderboard_pb2.ExportRequest,
         context: _ServicerContext,
     ) -> _typing.Union[_leaderboard_pb2.ExportResponse, _abc.Awaitable[_leaderboard_pb2.ExportResponse]]:
-        """Returns a whole list as a file, described in docs/leaderboard.md."""
+        """Returns a whole list as a file, described in docs/explanation/leaderboard.md."""
 
     @_abc_1.abstractmethod
     def GetActions(

@@ -1,4 +1,4 @@
-"""Receipts: the host's signed and stored statements of the results of ended runs, see `docs/receipts.md`.
+"""Receipts: the host's signed and stored statements of the results of ended runs, see `docs/reference/receipts.md`.
 
 A receipt never changes. When the host corrects a split, a new receipt supersedes it and states the changes; the old one
 is kept.

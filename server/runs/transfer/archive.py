@@ -1,4 +1,4 @@
-"""File format of an export of the database, see `docs/export.md`.
+"""File format of an export of the database, see `docs/how-to/export.md`.
 
 It is JSON Lines in one Zstandard frame: a header; then for each table its name and columns, and its rows in the order
 of their keys; finally the number of rows and the SHA-256 of all lines before. The same content gives the same bytes,

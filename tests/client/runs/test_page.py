@@ -1,4 +1,4 @@
-"""The page docs/runs.md: its program runs, and its names exist."""
+"""The page docs/how-to/runs.md: its program runs, and its names exist."""
 
 import re
 
@@ -9,7 +9,7 @@ from arramon_client.runs import live_episode
 from tests import ROOT
 from tests.client.fake import Servicer, World, serving
 
-PAGE = (ROOT / "docs" / "runs.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "how-to" / "runs.md").read_text(encoding="utf-8")
 
 
 def test_its_program_plays_a_run(world: World, capsys: pytest.CaptureFixture[str]) -> None:

@@ -78,7 +78,7 @@ def test_the_settings_are_those_of_the_file(data: Path, capsys: pytest.CaptureFi
     ("words", "message"),
     [
         (["street", "--split", "nowhere", "--lang", "en"], "there is no split 'nowhere' in "),
-        (["street", "--split", "tiny", "--lang", "xx"], "docs/languages.md says which files"),
+        (["street", "--split", "tiny", "--lang", "xx"], "docs/how-to/languages.md says which files"),
         (["--split", "tiny", "--lang", "en"], "expected the collection's name"),
         (["A b", "--split", "tiny", "--lang", "en"], "the collection's name is 'A b'"),
         (["street", "--split", "tiny", "--lang", "en", "--episodes", "0"], "--episodes is 0; expected at least 1"),

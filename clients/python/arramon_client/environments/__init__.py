@@ -1,7 +1,8 @@
 """Gymnasium and PettingZoo environments of the benchmark, played in this process or on a host.
 
 Importing this package registers `arramon/ArraMon-v0` and `arramon/ArraMonRoom-v0` with Gymnasium. It needs the extra
-`arramon-client[environments]`, and the server package unless `server` names a host: see `docs/environments.md`.
+`arramon-client[environments]`, and the server package unless `server` names a host; `docs/reference/environments.md`
+has all arguments.
 """
 
 from importlib.util import find_spec

@@ -30,7 +30,7 @@ SIZES = (84,)
 
 @dataclass(frozen=True)
 class Options:
-    """The arguments of an environment. `docs/environments.md` explains them.
+    """The arguments of an environment. `docs/reference/environments.md` explains them.
 
     Attributes:
         lang: language of the instructions; or several, of which one is drawn for each episode.

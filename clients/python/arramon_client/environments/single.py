@@ -156,7 +156,7 @@ class ArraMonEnv(Copyable, PlainSpec, gymnasium.Env[Dict, np.int64]):
 
 
 def make_room(render_mode: str | None = None, **options: object) -> ArraMonEnv:
-    """Return the environment of tasks in the assembly room alone; see `docs/environments.md`.
+    """Return the environment of tasks in the assembly room alone; see `docs/reference/environments.md`.
 
     The tasks are drawn at random without end or, with `data`, taken from the split `rooms` in that data folder.
 

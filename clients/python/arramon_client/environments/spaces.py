@@ -63,7 +63,7 @@ def observation_space(
     tokenizer: Tokenizer,
     keys: Sequence[str] | None = None,
 ) -> "spaces.Dict":
-    """Return a new observation space, as described in `docs/environments.md`.
+    """Return a new observation space, as described in `docs/reference/environments.md`.
 
     Args:
         settings: settings of the player.

@@ -114,7 +114,7 @@ class Run:
         return self.info
 
     def report(self) -> dict[str, Any]:
-        """Return the scores as plain data, the content of the results file (docs/report.md).
+        """Return the scores as plain data, the content of the results file (docs/reference/report.md).
 
         Raises:
             UsageError: if the run is not over.
