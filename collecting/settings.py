@@ -3,6 +3,7 @@
 import hashlib
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,6 +26,19 @@ data set under the licence stated below, with the pseudonym. Your mail address, 
 you about your texts, and is never published. You can stop at any time, and can delete your data on your own page.
 """
 """Default of `consent`. A host should replace it by a text that fits the law and the ethics board that apply."""
+
+CONSENT_IN: Mapping[str, str] = {
+    "hi": """\
+आप एक बनावटी शहर में छोटे निर्देश लिखेंगे या दूसरों के निर्देशों के अनुसार चलेंगे। आपके लिखे निर्देश, आपका हर क़दम, लगा हुआ समय
+और आपके जवाब एक छद्म नाम से रखे जाते हैं, और शोध में काम आते हैं। जो निर्देश स्वीकार होते हैं, वे उसी छद्म नाम के साथ, नीचे बताए
+लाइसेंस के अंतर्गत एक डेटा-संग्रह में प्रकाशित होते हैं। अगर आप ईमेल पता देते हैं, तो वह केवल आपके निर्देशों के बारे में आपको बताने
+के लिए है, और कभी प्रकाशित नहीं होता। आप कभी भी रुक सकते हैं, और अपने पन्ने पर अपना डेटा मिटा सकते हैं।
+""",
+}
+"""The default consent text in other languages of the pages."""
+
+CONSENT_LANGUAGE = "en"
+"""Language of `consent`, which is shown where there is no translation."""
 
 _Amount = Annotated[int, Field(ge=0, le=100_000_000)]
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -98,6 +112,23 @@ class PlatformSettings(_Group):
     studies: Mapping[str, PlatformStudy] = Field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True)
+class ConsentText:
+    """A consent text as it is shown.
+
+    Attributes:
+        language: code of its language.
+        text: the text.
+    """
+
+    language: str
+    text: str
+
+    def hash_with(self, licence: str) -> str:
+        """Return the SHA-256 of text and licence, in hexadecimal."""
+        return hashlib.sha256(f"{self.text}\n{licence}".encode()).hexdigest()
+
+
 class Settings(_Group):
     """Settings of a collection. Amounts of money are in the currency's smallest unit, such as cents.
 
@@ -125,7 +156,9 @@ class Settings(_Group):
         device: requirements for devices.
         page_languages: languages of the pages; empty for all that there are.
         licence: licence of the collected texts, as an SPDX identifier or in words.
-        consent: text that workers agree to.
+        licence_address: address of the licence's text; empty for the known one of a Creative Commons licence, or none.
+        consent: text that workers agree to, in English.
+        consent_in: the same text by code of further languages of the pages. Pages of other languages show `consent`.
         smtp: the server for mail.
         platform: the crowd platform.
     """
@@ -154,7 +187,9 @@ class Settings(_Group):
     device: DeviceRules = DeviceRules()
     page_languages: tuple[str, ...] = ()
     licence: str = Field(default="CC-BY-4.0", min_length=1, max_length=200)
+    licence_address: str = Field(default="", max_length=500, pattern="^(https?://.*)?$")
     consent: str = Field(default=CONSENT, min_length=1, max_length=20_000)
+    consent_in: Mapping[str, Annotated[str, Field(min_length=1, max_length=20_000)]] = Field(default_factory=dict)
     smtp: SmtpSettings = SmtpSettings()
     platform: PlatformSettings = PlatformSettings()
 
@@ -167,8 +202,19 @@ class Settings(_Group):
 
     @property
     def consent_hash(self) -> str:
-        """SHA-256 of what workers agree to, text and licence, in hexadecimal."""
-        return hashlib.sha256(f"{self.consent}\n{self.licence}".encode()).hexdigest()
+        """SHA-256 of what workers agree to in English, text and licence, in hexadecimal."""
+        return self.consent_shown(CONSENT_LANGUAGE).hash_with(self.licence)
+
+    @property
+    def consents(self) -> Mapping[str, str]:
+        """The consent texts, by code of the language."""
+        translated = CONSENT_IN if self.consent == CONSENT else {}
+        return {**translated, **self.consent_in, CONSENT_LANGUAGE: self.consent}
+
+    def consent_shown(self, language: str) -> "ConsentText":
+        """Return the consent text on pages of a language, which is the English one if there is none in the language."""
+        shown = language if language in self.consents else CONSENT_LANGUAGE
+        return ConsentText(shown, self.consents[shown])
 
     def money(self, amount_minor: int) -> str:
         """Return an amount with its currency, such as "1.20 USD"."""

@@ -8,7 +8,7 @@ from arramon_collecting.commands.base_split import read_base_split
 from arramon_collecting.settings import Settings, settings_in_file
 from arramon_collecting.storage.records import HOST, REVIEW_KIND, WRITE_KIND
 from arramon_collecting.storage.store import Store
-from arramon_collecting.web.texts import texts_of
+from arramon_collecting.web.texts import languages_of, texts_of
 from arramon_lang import UnknownLanguage, load
 from arramon_server.commands.journal import open_journal
 from arramon_server.configuration.config import Config
@@ -45,6 +45,13 @@ def create(arguments: argparse.Namespace) -> None:
     number = len(texts) if is_review else min(chosen.episodes or len(split.episodes), len(split.episodes))
     print(f"collection {name}: {kind}, {arguments.lang}, {number} episodes of {split.name}")
     role = " --role host" if is_review else ""
+    missing = [one.language for one in languages_of(chosen.page_languages) if one.language not in chosen.consents]
+    if missing and not is_review:
+        print(
+            f"there is no consent text in {', '.join(missing)}, so that these pages show the English one; the setting is "
+            f"consent_in.{missing[0]}",
+            file=sys.stderr,
+        )
     print(f"invite people with: arramon-server collect invite {name}{role} --count 1", file=sys.stderr)
 
 

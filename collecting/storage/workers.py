@@ -119,8 +119,14 @@ class Workers:
         query = sa.select(workers).where(workers.c.collection == collection)
         return [record_of(Worker, row) for row in self._database.read(query.order_by(workers.c.created_at))]
 
-    def consent(self, worker: Worker, collection: Collection, *, keep_texts: bool) -> None:
+    def consent(self, worker: Worker, collection: Collection, *, keep_texts: bool, language: str = "en") -> None:
         """Record that a worker agreed to the collection's text, with its hash and the time.
+
+        Args:
+            worker: the worker.
+            collection: the worker's collection.
+            keep_texts: whether the worker's texts stay if the worker's data is deleted.
+            language: language of the page on which the text was shown.
 
         Raises:
             Conflict: if the worker has left, or its data was deleted.
@@ -128,7 +134,7 @@ class Workers:
         values = {
             "state": ACTIVE,
             "consented_at": self._clock(),
-            "consent_hash": collection.consent_hash,
+            "consent_hash": collection.settings.consent_shown(language).hash_with(collection.settings.licence),
             "keep_texts": keep_texts,
         }
         self._update(worker.worker_id, values, among=(INVITED, ACTIVE, LEFT))

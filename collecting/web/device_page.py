@@ -8,7 +8,7 @@ from aiohttp import web
 from arramon_collecting.rules.device_screening import Device, DeviceProblem, problems_of, read_device
 from arramon_collecting.settings import STAGES, DeviceRules
 from arramon_collecting.web.access import CSRF_HEADER
-from arramon_collecting.web.handlers import BASE, Handlers, json_response, request_texts
+from arramon_collecting.web.handlers import BASE, Handlers, home_address, json_response, request_texts
 from arramon_server.errors import Conflict
 from arramon_server.web.page_texts import PageTexts
 
@@ -38,7 +38,7 @@ class DevicePage:
             stage = request.query.get("stage", "")
             context: dict[str, Any] = {
                 "stage": stage if stage in visitor.worker.stages else "",
-                "next_address": f"/{t.language}/collect/{collection.name}/",
+                "next_address": home_address(request),
                 "settings": {
                     "address": request.path,
                     "csrf": visitor.csrf,

@@ -15,7 +15,7 @@ from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
 from arramon_collecting.web.access import Visitor, check_csrf, find_host, find_visitor, renew_cookie
 from arramon_collecting.web.rate_limits import CHANGES_A_MINUTE, RateLimits
-from arramon_collecting.web.texts import page_languages, texts_of
+from arramon_collecting.web.texts import languages_of, texts_of
 from arramon_server.errors import (
     ArraMonError,
     BadInput,
@@ -202,7 +202,7 @@ class Handlers:
         t = request_texts(request)
         address = f"/{t.language}/collect/{collection.name}" if collection is not None else ""
         common = {
-            "languages": languages_of(collection),
+            "languages": languages_of(collection.settings.page_languages if collection is not None else ()),
             "collection": collection,
             "address": address,
             "worker": visitor.worker if visitor is not None else None,
@@ -238,10 +238,9 @@ def request_texts(request: web.Request) -> PageTexts:
         return texts_of(DEFAULT_LANGUAGE)
 
 
-def languages_of(collection: Collection | None) -> list[PageTexts]:
-    """Return the texts of the languages that a collection's pages are offered in."""
-    wanted = collection.settings.page_languages if collection is not None else ()
-    return [texts for texts in page_languages() if not wanted or texts.language in wanted]
+def home_address(request: web.Request) -> str:
+    """Return the address of a worker's own page in the page's language; the other pages are below it."""
+    return f"/{request_texts(request).language}/collect/{request.match_info['collection']}/"
 
 
 def json_response(content: Mapping[str, Any], status: int = 200) -> web.Response:

@@ -8,7 +8,7 @@ from aiohttp import web
 
 from arramon_collecting.storage.records import Collection, LedgerEntry, Task, Text, Verification
 from arramon_collecting.storage.store import Store
-from arramon_collecting.web.handlers import request_texts
+from arramon_collecting.web.handlers import home_address, request_texts
 from arramon_server.web.page_texts import PageTexts
 
 NOTHING = "–"
@@ -35,7 +35,7 @@ class CollectionRows:
 
 def collection_address(request: web.Request) -> str:
     """Return the address of the collection's pages in the page's language, without a slash at its end."""
-    return f"/{request_texts(request).language}/collect/{request.match_info['collection']}"
+    return home_address(request).rstrip("/")
 
 
 def percent(t: PageTexts, share: float | None) -> str:

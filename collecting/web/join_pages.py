@@ -8,7 +8,7 @@ from aiohttp import web
 
 from arramon_collecting.storage.records import FORGOTTEN, Collection, Worker
 from arramon_collecting.web.access import sign_in
-from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
+from arramon_collecting.web.handlers import BASE, Handlers, home_address, see_other
 from arramon_collecting.web.rate_limits import TRIES_A_MINUTE
 from arramon_server.errors import BadInput, Forbidden, NotFound, Unauthenticated, quoted
 from arramon_server.runs.accounts.callers import Role
@@ -56,7 +56,7 @@ class JoinPages:
                 worker = self._from_platform(collection, key, *ids)
             else:
                 worker = self._by_link(collection, key)
-            response = see_other(f"/{request_texts(request).language}/collect/{collection.name}/")
+            response = see_other(home_address(request))
             sign_in(request, response, self._handlers.store, worker)
             return response
 
@@ -109,7 +109,7 @@ class JoinPages:
         def make() -> web.Response:
             collection = self._handlers.collection(request)
             worker = self._handlers.store.workers.add_host(collection, account)
-            response = see_other(f"/{request_texts(request).language}/collect/{collection.name}/review")
+            response = see_other(f"{home_address(request)}review")
             sign_in(request, response, self._handlers.store, worker)
             return response
 

@@ -1,7 +1,7 @@
 """Texts of the collections' pages: the leaderboard's, and those in `texts`, with English for missing ones."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -29,6 +29,11 @@ def texts_of(language: str) -> PageTexts:
 def page_languages() -> list[PageTexts]:
     """Return the texts of all languages, the default language first."""
     return list(_all(os.environ.get(FURTHER_FOLDER, "")).values())
+
+
+def languages_of(wanted: Sequence[str]) -> list[PageTexts]:
+    """Return the texts of the languages in which a collection's pages are offered: those wanted, all if none is."""
+    return [texts for texts in page_languages() if not wanted or texts.language in wanted]
 
 
 def missing_texts(language: str) -> list[str]:

@@ -7,12 +7,13 @@ from typing import Any
 from aiohttp import web
 
 from arramon_collecting.rules.flags import KINDS, PARTS, read_flags
-from arramon_collecting.rules.next_step import Step, next_step
+from arramon_collecting.rules.next_step import Step
 from arramon_collecting.storage.records import EXPIRED, OPEN, RETURNED, SUBMITTED, VERIFY, Collection, Task, Worker
 from arramon_collecting.storage.submissions import Play
 from arramon_collecting.verifying.walk_results import WalkResult, WalkResults
 from arramon_collecting.web.access import Visitor
-from arramon_collecting.web.handlers import BASE, Handlers, json_response, request_texts, see_other
+from arramon_collecting.web.handlers import BASE, Handlers, home_address, json_response, request_texts, see_other
+from arramon_collecting.web.task_claims import step_before
 from arramon_collecting.web.verify_settings import play_settings
 from arramon_collecting.web.verify_socket import VerifySockets
 from arramon_server.errors import Conflict, NotFound
@@ -66,9 +67,9 @@ class VerifyPages:
             if task.state == EXPIRED:
                 with suppress(Conflict):
                     task = self._handlers.store.tasks.resume(task)
-            step = missing_step(visitor.worker)
+            step = step_before(visitor.worker, VERIFY)
             if step is not Step.TASK:
-                return see_other(f"{_home(request)}{_address_of(step)}")
+                return see_other(f"{home_address(request)}{_address_of(step)}")
             if task.state != OPEN:
                 return self._ended_page(request, collection, visitor, task)
             return self._page(request, collection, visitor, task)
@@ -79,7 +80,7 @@ class VerifyPages:
         self, request: web.Request, collection: Collection, visitor: Visitor, task: Task, *, notice: str = ""
     ) -> web.Response:
         t = request_texts(request)
-        here = f"{_home(request)}verify/{task.task_id}"
+        here = f"{home_address(request)}verify/{task.task_id}"
         settings = play_settings(
             t, visitor, socket=f"{here}/socket", player=task.task_id, sizes=self._sockets.sizes
         ) | {"isTest": False, "lessons": 0, "flagsAddress": f"{here}/flags", "spoken": collection.language}
@@ -96,7 +97,7 @@ class VerifyPages:
 
     def _ended_page(self, request: web.Request, collection: Collection, visitor: Visitor, task: Task) -> web.Response:
         if task.state in (RETURNED, EXPIRED):
-            return see_other(_home(request))
+            return see_other(home_address(request))
         verification = self._handlers.store.verifications.get(task.task_id)
         t = request_texts(request)
         notice = (
@@ -109,7 +110,7 @@ class VerifyPages:
         def find() -> tuple[Collection, Worker, Task]:
             collection, visitor = self._handlers.visitor(request)
             task = self._task(request, visitor)
-            if task.state != OPEN or missing_step(visitor.worker) is not Step.TASK:
+            if task.state != OPEN or step_before(visitor.worker, VERIFY) is not Step.TASK:
                 raise Conflict("this task cannot be played now; reload the page")
             return collection, visitor.worker, task
 
@@ -136,7 +137,7 @@ class VerifyPages:
             collection, visitor = self._handlers.visitor(request)
             self._handlers.check(request, visitor, fields)
             task = self._task(request, visitor)
-            here = see_other(f"{_home(request)}verify/{task.task_id}")
+            here = see_other(f"{home_address(request)}verify/{task.task_id}")
             if task.state == SUBMITTED:
                 return here
             if task.run_id is None:
@@ -170,17 +171,6 @@ class VerifyPages:
                     await self._sockets.cancel(task.run_id)
 
 
-def missing_step(worker: Worker) -> Step:
-    """Return what a worker has to do before a verification."""
-    return next_step(
-        VERIFY,
-        consented=worker.consented_at is not None,
-        device=worker.device,
-        screening=worker.screening,
-        placement_passed=worker.placement_passed_at is not None,
-    )
-
-
 def _address_of(step: Step) -> str:
     return {Step.CONSENT: "", Step.SCREENING: f"{Step.SCREENING}/{VERIFY}"}.get(step, str(step))
 
@@ -196,7 +186,3 @@ def _play_of(run_id: str, result: WalkResult, flags: tuple[str, ...]) -> Play:
 def _part_title(t: PageTexts, part: str) -> str:
     turn, _, phase = part.partition("-")
     return t("collect_verify.part", turn=turn, phase=t(f"collect_verify.part_{phase}"))
-
-
-def _home(request: web.Request) -> str:
-    return f"/{request_texts(request).language}/collect/{request.match_info['collection']}/"

@@ -9,7 +9,7 @@ from arramon_collecting.rules.verify_test import RIGHT_VERIFY
 from arramon_collecting.storage.records import VERIFY, Collection
 from arramon_collecting.verifying.placement_test import LESSONS, TEST_ALONE
 from arramon_collecting.web.access import Visitor
-from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
+from arramon_collecting.web.handlers import BASE, Handlers, home_address, request_texts, see_other
 from arramon_collecting.web.screening_attempts import judge, screening_context, standing
 from arramon_collecting.web.verify_settings import play_settings
 from arramon_collecting.web.verify_socket import VerifySockets
@@ -46,7 +46,7 @@ class VerifyTests:
             collection, visitor = self._visitor(request)
             screening = standing(visitor, VERIFY)
             if screening.passed_at is not None:
-                return see_other(_home(request))
+                return see_other(home_address(request))
             return self._screening_page(request, collection, visitor, screening, ())
 
         return await self._handlers.run(make)
@@ -59,7 +59,7 @@ class VerifyTests:
             self._handlers.check(request, visitor, fields)
             after, wrong = judge(self._handlers.store, collection, visitor, VERIFY, fields, RIGHT_VERIFY)
             if after.passed_at is not None:
-                return see_other(f"{_home(request)}placement?passed")
+                return see_other(f"{home_address(request)}placement?passed")
             return self._screening_page(request, collection, visitor, after, wrong)
 
         return await self._handlers.run(make)
@@ -107,7 +107,3 @@ class VerifyTests:
         if visitor.worker.consented_at is None:
             raise Conflict("the tests come after the worker has agreed to the collection's text")
         return collection, visitor
-
-
-def _home(request: web.Request) -> str:
-    return f"/{request_texts(request).language}/collect/{request.match_info['collection']}/"

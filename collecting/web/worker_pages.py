@@ -1,20 +1,16 @@
 """The pages of a worker: consent, what is next, counts and money, giving back, leaving, deletion of the data."""
 
-import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 
 from aiohttp import web
 
-from arramon_collecting.episodes import episodes_to_write, golds
-from arramon_collecting.rules.next_step import Step, next_step
-from arramon_collecting.storage.records import ACTIVE, HOST, LEFT, VERIFY, WRITE, Collection, Task, Worker
-from arramon_collecting.storage.workers import check_active
+from arramon_collecting.storage.records import HOST, Collection
 from arramon_collecting.web.access import Visitor, delete_cookie
-from arramon_collecting.web.handlers import BASE, Handler, Handlers, request_texts, see_other
-from arramon_collecting.web.worker_view import worker_view
+from arramon_collecting.web.handlers import BASE, Handler, Handlers, home_address, request_texts, see_other
+from arramon_collecting.web.task_claims import TaskClaims
+from arramon_collecting.web.worker_view import consent_view, worker_view
 from arramon_server.episodes.splits import Split
-from arramon_server.errors import BadInput, NotFound, quoted
+from arramon_server.errors import BadInput
 
 Act = Callable[[web.Request, Collection, Visitor, Mapping[str, str]], web.Response]
 """Answers a form; it runs in a thread."""
@@ -33,7 +29,7 @@ class WorkerPages:
 
     def __init__(self, handlers: Handlers, splits: Mapping[str, Split]) -> None:
         self._handlers = handlers
-        self._splits = splits
+        self._claims = TaskClaims(handlers.store, splits)
 
     def routes(self) -> list[web.RouteDef]:
         """Return the routes."""
@@ -58,18 +54,15 @@ class WorkerPages:
         """Do nothing: there is nothing to end."""
 
     async def _redirect(self, request: web.Request) -> web.StreamResponse:
-        return see_other(_home(request))
+        return see_other(home_address(request))
 
     async def _show(self, request: web.Request) -> web.StreamResponse:
         def make() -> web.Response:
             collection, visitor = self._handlers.visitor(request)
             if visitor.worker.role == HOST:
-                return see_other(f"{_home(request)}review")
+                return see_other(f"{home_address(request)}review")
             if visitor.worker.consented_at is None:
-                context = {
-                    "has_mail": bool(collection.settings.smtp.host),
-                    "paragraphs": [text.strip() for text in re.split(r"\n\s*\n", collection.consent) if text.strip()],
-                }
+                context = consent_view(collection, visitor.worker, request_texts(request).language)
                 return self._handlers.page(request, "collect/consent.html", collection, context, visitor=visitor)
             view = worker_view(self._handlers.store, collection, visitor.worker)
             notice = request.query.get("notice", "")
@@ -105,60 +98,40 @@ class WorkerPages:
     ) -> web.Response:
         if fields.get("agree") != "yes" or fields.get("keep_texts") not in ("yes", "no"):
             raise BadInput("the form is incomplete: expected that you agree, and whether your texts stay")
-        if fields.get("consent_hash") != collection.consent_hash:
+        language, settings = request_texts(request).language, collection.settings
+        if fields.get("consent_hash") != settings.consent_shown(language).hash_with(settings.licence):
             raise BadInput("the form is that of another text; reload the page")
         workers, worker_id = self._handlers.store.workers, visitor.worker.worker_id
         # The address first: if it is malformed, nothing is recorded.
-        workers.set_contact(worker_id, email=fields.get("email", ""), page_language=request_texts(request).language)
-        workers.consent(visitor.worker, collection, keep_texts=fields["keep_texts"] == "yes")
-        return see_other(_home(request))
+        workers.set_contact(worker_id, email=fields.get("email", ""), page_language=language)
+        workers.consent(visitor.worker, collection, keep_texts=fields["keep_texts"] == "yes", language=language)
+        return see_other(home_address(request))
 
     def _take(
         self, request: web.Request, collection: Collection, visitor: Visitor, fields: Mapping[str, str]
     ) -> web.Response:
         """Give out a task, or redirect to what is missing before."""
-        worker, stage = visitor.worker, fields.get("stage", "")
-        if stage not in (WRITE, VERIFY) or stage not in worker.stages:
-            raise BadInput(f"the stage is {quoted(stage)}, expected {' or '.join(worker.stages)}")
-        step = _next_step(worker, stage)
-        if step is Step.CONSENT:
-            return see_other(_home(request))
-        if worker.state == LEFT:
-            self._handlers.store.workers.set_state(worker.worker_id, ACTIVE)
-            worker = replace(worker, state=ACTIVE)
-        check_active(worker)
-        if step is not Step.TASK:
-            address = {Step.DEVICE: f"{step}?stage={stage}", Step.SCREENING: f"{step}/{stage}"}.get(step, str(step))
-            return see_other(f"{_home(request)}{address}")
-        task = self._claim(collection, worker, stage, fields.get("text", ""))
-        return see_other(f"{_home(request)}{stage}/{task.task_id}" if task else f"{_home(request)}?notice=nothing")
-
-    def _claim(self, collection: Collection, worker: Worker, stage: str, text_id: str) -> Task | None:
-        tasks, split = self._handlers.store.tasks, self._splits.get(collection.split)
-        if split is None:
-            raise NotFound(f"the split {collection.split!r} of this collection is not served")
-        if stage == VERIFY:
-            return tasks.claim_verify(collection, worker, golds(split, collection))
-        if text_id:
-            return tasks.claim_mend(collection, worker, text_id)
-        return tasks.claim_write(collection, worker, episodes_to_write(split, collection))
+        address = self._claims.address(
+            request, collection, visitor.worker, fields.get("stage", ""), text_id=fields.get("text", "")
+        )
+        return see_other(address or f"{home_address(request)}?notice=nothing")
 
     def _return(self, request: web.Request, _: Collection, visitor: Visitor, fields: Mapping[str, str]) -> web.Response:
         tasks = self._handlers.store.tasks
         tasks.give_back(tasks.of_worker(visitor.worker, fields.get("task", "")).task_id)
-        return see_other(f"{_home(request)}?notice=returned")
+        return see_other(f"{home_address(request)}?notice=returned")
 
     def _resume(self, request: web.Request, _: Collection, visitor: Visitor, fields: Mapping[str, str]) -> web.Response:
         tasks = self._handlers.store.tasks
         task = tasks.resume(tasks.of_worker(visitor.worker, fields.get("task", "")))
-        return see_other(f"{_home(request)}{task.stage}/{task.task_id}")
+        return see_other(f"{home_address(request)}{task.stage}/{task.task_id}")
 
     def _contact(
         self, request: web.Request, _: Collection, visitor: Visitor, fields: Mapping[str, str]
     ) -> web.Response:
         language, workers = request_texts(request).language, self._handlers.store.workers
         workers.set_contact(visitor.worker.worker_id, email=fields.get("email", ""), page_language=language)
-        return see_other(f"{_home(request)}?notice=saved")
+        return see_other(f"{home_address(request)}?notice=saved")
 
     def _leave(
         self, request: web.Request, collection: Collection, visitor: Visitor, _: Mapping[str, str]
@@ -178,17 +151,3 @@ class WorkerPages:
         response = self._handlers.page(request, "collect/left.html", collection, context)
         delete_cookie(response, collection.name)
         return response
-
-
-def _next_step(worker: Worker, stage: str) -> Step:
-    return next_step(
-        stage,
-        consented=worker.consented_at is not None,
-        device=worker.device,
-        screening=worker.screening,
-        placement_passed=worker.placement_passed_at is not None,
-    )
-
-
-def _home(request: web.Request) -> str:
-    return f"/{request_texts(request).language}/collect/{request.match_info['collection']}/"

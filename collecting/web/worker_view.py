@@ -1,10 +1,12 @@
 """What a worker's own page shows: the next task, texts that were sent back, counts, money, the completion code."""
 
+import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from arramon_collecting.rules.licences import licence_address
 from arramon_collecting.rules.payment import MILESTONE
 from arramon_collecting.storage.records import (
     EXPIRED,
@@ -37,14 +39,39 @@ class Completion:
     needed: int
 
 
+def consent_view(collection: Collection, worker: Worker, language: str) -> dict[str, Any]:
+    """Return the template variables of the page on which a worker agrees to the collection's text.
+
+    Args:
+        collection: the collection.
+        worker: the worker.
+        language: language of the page.
+    """
+    settings = collection.settings
+    shown = settings.consent_shown(language)
+    return {
+        "has_mail": bool(settings.smtp.host),
+        "paragraphs": [text.strip() for text in re.split(r"\n\s*\n", shown.text) if text.strip()],
+        "consent_language": shown.language,
+        "consent_hash": shown.hash_with(settings.licence),
+        "licence_address": settings.licence_address or licence_address(settings.licence, language),
+        "pays": pays(collection, worker),
+    }
+
+
+def pays(collection: Collection, worker: Worker) -> dict[str, str]:
+    """Return the payment of one task of each of a worker's stages, with the currency."""
+    amounts = {WRITE: collection.settings.pay_write, VERIFY: collection.settings.pay_verify}
+    return {stage: collection.settings.money(amounts[stage]) for stage in worker.stages}
+
+
 def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[str, Any]:
     """Return the template variables of a worker's page, all of them about this worker only."""
     tasks, texts = store.tasks.all_of(worker.worker_id), store.texts.all_of(worker.worker_id)
     entries = store.ledger.entries_of(worker.worker_id)
     open_task = store.tasks.open_of(worker.worker_id)
-    settings = collection.settings
     return {
-        "pays": {WRITE: settings.money(settings.pay_write), VERIFY: settings.money(settings.pay_verify)},
+        "pays": pays(collection, worker),
         "open_task": open_task,
         "unfinished": [] if open_task is not None else _unfinished(store, tasks),
         "sent_back": [text for text in texts if text.state == SENT_BACK],

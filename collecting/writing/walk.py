@@ -24,6 +24,9 @@ PARTS = tuple((turn, phase) for turn in range(1, TURNS + 1) for phase in PHASES)
 DONE = len(PARTS)
 """`Position.reached` of a writer who has been through all parts."""
 
+CURVE_PLACES = 3
+"""Number of places over which single turns of the line add up to a curve that writers are told of."""
+
 _TURNS = {"left": -1, "right": 1}
 
 
@@ -142,6 +145,23 @@ def moved(position: Position, move: Move, episode: Episode) -> tuple[Position, O
     return walk(position, move, lines(episode))
 
 
+def bend(before: Position, move: Move, after: Position, episode: Episode) -> int:
+    """Return how far the line turned the writer in a move along it, in degrees in (-180, 180], clockwise positive.
+
+    0 if the move did not turn the writer with the line. Turns within the last CURVE_PLACES places are added up, if
+    they are a curve: the line also zigzags by single turns, which lead nowhere else.
+    """
+    if move not in (Move.FORWARD, Move.BACK) or before.is_indoors or after.turned == before.turned:
+        return 0
+    if move is Move.BACK:
+        return _degrees(after.turned - before.turned)
+    line = lines(episode)[before.turn - 1]
+    came = (line.arrival, *line.headings)[: before.place + 1]
+    left = line.headings[before.place]
+    here, curve = _degrees(left - came[-1]), _degrees(left - came[-CURVE_PLACES:][0])
+    return curve if here and abs(curve) > abs(here) else here
+
+
 def read_position(text: str, episode: Episode) -> Position:
     """Parse the text of a position (`str(position)`).
 
@@ -160,6 +180,18 @@ def read_position(text: str, episode: Episode) -> Position:
     if place > last:
         raise BadInput(f"position {quoted(text)} is beyond the end of the line, place {last}")
     return position
+
+
+def preview(position: Position, episode: Episode) -> Position:
+    """Return the position whose view is the preview of the turn's other phase (paper, appendix "Interface").
+
+    In the street it is the start of the room; in the room, the place in the street from which the object was taken.
+    """
+    if position.is_indoors:
+        line = lines(episode)[position.turn - 1]
+        last = len(line.places) - 1
+        return Position(position.part - 1, last, line.headings[last], START, position.reached)
+    return Position(position.part + 1, 0, 0, START, position.reached)
 
 
 def state_at(position: Position, episode: Episode) -> State:
@@ -246,6 +278,12 @@ def _enter(part: int, lines: Sequence[Line], reached: int) -> Position:
     turn, phase = PARTS[part]
     turned = 0 if phase == Phase.ASSEMBLY.value else lines[turn - 1].arrival
     return Position(part, 0, turned, START, reached)
+
+
+def _degrees(turns: int) -> int:
+    """Return turns of 30 degrees as degrees in (-180, 180]."""
+    half = HEADINGS // 2
+    return round(TURN) * (half - (half - turns) % HEADINGS)
 
 
 def _turns(actions: Sequence[Action]) -> int:

@@ -1,7 +1,7 @@
 """Texts of the pages, and formats of numbers and dates, read from one file per language in `texts`."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache
@@ -39,6 +39,14 @@ class PageTexts:
         """
         text: str = self.words[key]
         return text.format(**values)
+
+    def in_groups(self, groups: Sequence[str], key: str, **values: object) -> str:
+        """Return the text of a key in the first of the groups that has it, with its `{names}` filled in.
+
+        Raises:
+            KeyError: if none of the groups has it, or a name has no value.
+        """
+        return self(next((name for group in groups if (name := f"{group}.{key}") in self.words), key), **values)
 
     def named(self, group: str, name: str) -> str:
         """Return the text for a name in a group, such as "sensors"; the name itself if the group has no text for it."""

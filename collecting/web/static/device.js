@@ -48,19 +48,21 @@ async function report(keyboard) {
       body: JSON.stringify(await measure(keyboard)),
     });
     const { problems, message } = await answer.json();
-    show(answer.ok && problems.length === 0 ? settings.texts.fit : message);
-    element("go-on").hidden = !answer.ok || problems.length > 0;
-    element("retry").hidden = !element("go-on").hidden;
+    const isFit = answer.ok && problems.length === 0;
+    show(isFit ? settings.texts.fit : message, isFit);
+    element("go-on").hidden = !isFit;
+    element("retry").hidden = isFit;
   } catch {
-    show(settings.texts.lost);
+    show(settings.texts.lost, false);
     element("retry").hidden = false;
   }
   element("measure").hidden = true;
   isBusy = false;
 }
 
-function show(text) {
+function show(text, isGood) {
   element("outcome").textContent = text;
+  element("outcome").classList.toggle("good", isGood);
   element("outcome").hidden = false;
 }
 

@@ -12,6 +12,7 @@ const size = settings.sizes[slow ? 1 : 0];
 const flags = settings.isTest ? null : new (await import("./flags.js")).Flags(settings);
 
 let practiceRun = "";  // of the placement test, once it is opened
+let run = null;        // as the server opened it
 let lastEpisode = "";
 
 const game = new Game((message) => connection.send(message), {
@@ -20,7 +21,13 @@ const game = new Game((message) => connection.send(message), {
     document.documentElement.dataset.drawn = `${game.state?.episode} ${step}`;
   }),
   phaseEnded: (phase) => view.status(phase.forced ? texts.step_limit : ""),
-  ended: (ended) => { lastEpisode = ended.episode; view.clearStrip(); },
+  ended: (ended) => {
+    lastEpisode = ended.episode;
+    run.ended = ended.ended;
+    view.progress(run.ended, run.episodes);
+    view.clearStrip();
+    if (settings.isTest && run.ended < run.episodes) connection.send({ type: "scores", episode: ended.episode });
+  },
   problem: (problem) => view.status(view.say("problem", { message: problem.message })),
 });
 
@@ -42,12 +49,16 @@ function take(message) {
   switch (message.type) {
     case "opened":
       if (settings.isTest) practiceRun = message.run;
+      run = message;
       view.opened(message);
       view.status("");
       showGame(true);
       break;
     case "started": view.clearStrip(); break;
-    case "scores": endTest(message); break;
+    case "scores":
+      if (message.episode === lastEpisode && run.ended === run.episodes) endTest(message);
+      else view.lessonEnded(message.placed.every(Boolean), run.ended, run.episodes);
+      break;
     case "run_ended":
       game.reset();
       showGame(false);

@@ -1,16 +1,19 @@
 """The screening test before writing, `/LANGUAGE/collect/NAME/screening/write`: a form that needs no scripts."""
 
+from contextlib import suppress
 from typing import Any
 
 from aiohttp import web
 
 from arramon_collecting.rules.screening import RIGHT_WRITE, Screening
-from arramon_collecting.storage.records import WRITE, Collection
+from arramon_collecting.storage.records import WRITE, Collection, Worker
 from arramon_collecting.storage.workers import check_active
 from arramon_collecting.web.access import Visitor
-from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
+from arramon_collecting.web.handlers import BASE, Handlers, home_address, request_texts, see_other
 from arramon_collecting.web.screening_attempts import judge, screening_context, standing
+from arramon_collecting.web.task_claims import TaskClaims
 from arramon_collecting.web.writing.guidelines import guidelines_context
+from arramon_server.errors import Conflict, OverQuota
 
 ADDRESS = f"{BASE}/screening/{WRITE}"
 
@@ -20,10 +23,12 @@ class WriteScreening:
 
     Args:
         handlers: what all pages of collections share.
+        claims: gives out the task that the test was for.
     """
 
-    def __init__(self, handlers: Handlers) -> None:
+    def __init__(self, handlers: Handlers, claims: TaskClaims) -> None:
         self._handlers = handlers
+        self._claims = claims
 
     def routes(self) -> list[web.RouteDef]:
         """Return the routes of the test."""
@@ -38,7 +43,7 @@ class WriteScreening:
             collection, visitor = self._handlers.visitor(request)
             found = standing(visitor, WRITE)
             if found.passed_at is not None:
-                return see_other(_home(request))
+                return see_other(home_address(request))
             return self._page(request, collection, visitor, found, ())
 
         return await self._handlers.run(make)
@@ -52,10 +57,18 @@ class WriteScreening:
             check_active(visitor.worker)
             found, wrong = judge(self._handlers.store, collection, visitor, WRITE, fields, RIGHT_WRITE)
             if found.passed_at is not None:
-                return see_other(f"{_home(request)}?notice=passed_write")
+                worker = self._handlers.store.workers.get(visitor.worker.worker_id)
+                return see_other(self._address_after(request, collection, worker))
             return self._page(request, collection, visitor, found, wrong)
 
         return await self._handlers.run(make)
+
+    def _address_after(self, request: web.Request, collection: Collection, worker: Worker) -> str:
+        """Return where a worker goes who has passed: to a task, or to their page if there is none now."""
+        with suppress(Conflict, OverQuota):  # The collection pauses, say: the page tells what is the matter.
+            if address := self._claims.address(request, collection, worker, WRITE):
+                return f"{address}{'&' if '?' in address else '?'}passed"
+        return f"{home_address(request)}?notice=passed_write"
 
     def _page(
         self,
@@ -70,7 +83,3 @@ class WriteScreening:
             **guidelines_context(request_texts(request), collection, is_open=True),
         }
         return self._handlers.page(request, "write/screening.html", collection, context, visitor=visitor)
-
-
-def _home(request: web.Request) -> str:
-    return request.path.partition("/screening/")[0] + "/"

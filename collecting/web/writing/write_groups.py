@@ -4,6 +4,7 @@ from pathlib import Path
 
 from arramon_collecting.web.handlers import Handlers
 from arramon_collecting.web.page_group import PageGroup
+from arramon_collecting.web.task_claims import TaskClaims
 from arramon_collecting.web.writing.screening_page import WriteScreening
 from arramon_collecting.web.writing.write_page import NAME, WritePage
 from arramon_collecting.web.writing.write_tasks import WriteTasks
@@ -21,4 +22,7 @@ def write_page_groups(context: WebContext, handlers: Handlers) -> list[PageGroup
     context.renderer.add_folder(NAME, Path(__file__).parent)
     pictures = WriterPictures(context.splits, context.config.camera)
     tasks = WriteTasks(handlers.store, context.splits)
-    return [WritePage(handlers, tasks, pictures, context.config.play_image_sizes[0]), WriteScreening(handlers)]
+    return [
+        WritePage(handlers, tasks, pictures, context.config.play_image_sizes[0]),
+        WriteScreening(handlers, TaskClaims(handlers.store, context.splits)),
+    ]

@@ -1,20 +1,30 @@
 """The page on which a worker writes, `/LANGUAGE/collect/NAME/write/TASK`, and what its scripts ask for."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from dataclasses import dataclass
 from typing import Any
 
 from aiohttp import web
 
 from arramon_collecting.storage.records import Draft
 from arramon_collecting.web.access import Visitor
-from arramon_collecting.web.handlers import BASE, Handlers, json_response, request_texts
+from arramon_collecting.web.handlers import BASE, Handlers, home_address, json_response, request_texts
 from arramon_collecting.web.writing.guidelines import guidelines_context, written_texts
 from arramon_collecting.web.writing.requests import read_draft, read_editor, read_submission
 from arramon_collecting.web.writing.write_tasks import Blocked, OpenTask, WriteTasks
 from arramon_collecting.writing.characters import MAX_TEXT_CHARACTERS
 from arramon_collecting.writing.pictures import WriterPictures
-from arramon_collecting.writing.walk import PARTS, Move, Position, enter, moved, read_position, target_bearing
+from arramon_collecting.writing.walk import (
+    PARTS,
+    Move,
+    Position,
+    bend,
+    enter,
+    moved,
+    preview,
+    read_position,
+    target_bearing,
+)
 from arramon_server.errors import BadInput, quoted
 from arramon_server.playback.pictures import as_jpeg
 from arramon_server.web.http_responses import HEADERS
@@ -27,6 +37,10 @@ TASK = f"{BASE}/write/{{task:[0-9a-f]{{32}}}}"
 
 NAME = "write"
 """First part of the names of the page's template and static files."""
+
+
+PREVIEW_SIZE = 128
+"""Side length of the picture of the other phase, in pixels."""
 
 
 class WritePage:
@@ -52,6 +66,7 @@ class WritePage:
         return [
             web.get(TASK, guarded(self._page)),
             web.get(f"{TASK}/view", guarded(self._view)),
+            web.get(f"{TASK}/preview", guarded(self._preview)),
             web.get(f"{TASK}/draft", guarded(self._draft)),
             web.post(f"{TASK}/open", guarded(self._open)),
             web.post(f"{TASK}/draft", guarded(self._save)),
@@ -72,6 +87,7 @@ class WritePage:
                 "settings": self._settings(t, task, visitor, request.path),
                 "language": collection.language,
                 "reason": self._tasks.reason(task),
+                "has_passed": "passed" in request.query,
                 **guidelines_context(t, collection, is_open=False),
             }
             return self._handlers.page(request, "write/write.html", collection, context, visitor=visitor)
@@ -98,35 +114,55 @@ class WritePage:
     async def _view(self, request: web.Request) -> web.StreamResponse:
         """Answer with the picture after a move, and where the writer is then in the headers. Nothing is stored."""
 
-        def find() -> tuple[OpenTask, Position, str]:
-            collection, visitor = self._handlers.visitor(request)
-            task = self._tasks.find_open(collection, visitor.worker, request.match_info["task"])
-            return task, *_moved(request.query, task)
+        def find() -> tuple[OpenTask, Seen]:
+            task = self._open_task(request)
+            return task, _moved(request.query, task)
 
-        task, position, outcome = await self._handlers.run(find)
-        split, episode = task.collection.split, task.episode
-        draw = partial(self._picture, split, task, position)
-        transport = request.transport
+        task, seen = await self._handlers.run(find)
+        line = task.episode.turns[seen.position.turn - 1].path
+        bearing = target_bearing(seen.position, task.episode)
+        facts = {
+            "Arramon-Position": str(seen.position),
+            "Arramon-Outcome": seen.outcome,
+            "Arramon-Bend": str(seen.bend),
+            "Arramon-Progress": f"{seen.position.place / max(1, len(line) - 1):.3f}",
+            "Arramon-Bearing": "" if bearing is None else f"{bearing:.0f}",
+        }
+        return await self._picture(request, task, seen.position, self._size, facts)
+
+    async def _preview(self, request: web.Request) -> web.StreamResponse:
+        """Answer with the small picture of the turn's other phase."""
+
+        def find() -> tuple[OpenTask, Position]:
+            task = self._open_task(request)
+            return task, preview(read_position(request.query.get("at", ""), task.episode), task.episode)
+
+        task, position = await self._handlers.run(find)
+        return await self._picture(request, task, position, PREVIEW_SIZE, {})
+
+    def _open_task(self, request: web.Request) -> OpenTask:
+        collection, visitor = self._handlers.visitor(request)
+        return self._tasks.find_open(collection, visitor.worker, request.match_info["task"])
+
+    async def _picture(
+        self, request: web.Request, task: OpenTask, position: Position, size: int, facts: Mapping[str, str]
+    ) -> web.StreamResponse:
+        """Answer with the view at a position, and with facts as headers."""
+        split, transport = task.collection.split, request.transport
+
+        def draw() -> bytes:
+            return as_jpeg(self._pictures.draw(split, task.episode, position, size))
+
         try:
             jpeg = await self._frames.frame(
-                (split, episode.episode_id, str(position)), draw, lambda: transport is None or transport.is_closing()
+                (split, task.episode.episode_id, f"{position} {size}"),
+                draw,
+                lambda: transport is None or transport.is_closing(),
             )
         except ClientLeft:
             return web.Response(status=499)
-        line = episode.turns[position.turn - 1].path
-        bearing = target_bearing(position, episode)
-        facts = {
-            "Arramon-Position": str(position),
-            "Arramon-Outcome": outcome,
-            "Arramon-Progress": f"{position.place / max(1, len(line) - 1):.3f}",
-            "Arramon-Bearing": "" if bearing is None else f"{bearing:.0f}",
-        }
-        return web.Response(
-            body=jpeg, headers={**HEADERS, "Cache-Control": "no-store", **facts}, content_type="image/jpeg"
-        )
-
-    def _picture(self, split: str, task: OpenTask, position: Position) -> bytes:
-        return as_jpeg(self._pictures.draw(split, task.episode, position, self._size))
+        headers = {**HEADERS, "Cache-Control": "no-store", **facts}
+        return web.Response(body=jpeg, headers=headers, content_type="image/jpeg")
 
     async def _draft(self, request: web.Request) -> web.Response:
         def make() -> web.Response:
@@ -151,7 +187,7 @@ class WritePage:
         return await self._change(request, do)
 
     async def _submit(self, request: web.Request) -> web.Response:
-        address = request.path.partition("/write/")[0] + "/?notice=sent"
+        address = f"{home_address(request)}?notice=sent"
 
         def do(task: OpenTask, fields: Mapping[str, Any], _: PageTexts) -> dict[str, Any]:
             self._tasks.submit(task, *read_submission(fields))
@@ -184,18 +220,35 @@ class WritePage:
         return await self._handlers.run(make)
 
 
-def _moved(query: Mapping[str, str], task: OpenTask) -> tuple[Position, str]:
-    """Return the position after what a query asks for, and what a move did; "" without one."""
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Where a writer is after a request.
+
+    Attributes:
+        position: the position.
+        outcome: what the move did; "" without one.
+        bend: how far the line turned the writer in it, as `walk.bend`.
+    """
+
+    position: Position
+    outcome: str = ""
+    bend: int = 0
+
+
+def _moved(query: Mapping[str, str], task: OpenTask) -> Seen:
+    """Return where a writer is after what a query asks for."""
     position = read_position(query.get("at", ""), task.episode)
     if "part" in query:
         if not (query["part"].isascii() and query["part"].isdecimal() and len(query["part"]) < 4):
             raise BadInput(f"part {quoted(query['part'])}, expected a number")
-        return enter(position, int(query["part"]), task.episode), ""
+        return Seen(enter(position, int(query["part"]), task.episode))
     if "move" not in query:
-        return position, ""
+        return Seen(position)
     if query["move"] not in list(Move):
         raise BadInput(f"move {quoted(query['move'])}, expected one of {', '.join(Move)}")
-    return moved(position, Move(query["move"]), task.episode)
+    move = Move(query["move"])
+    after, outcome = moved(position, move, task.episode)
+    return Seen(after, outcome, bend(position, move, after, task.episode))
 
 
 def _saved(task: OpenTask, draft: Draft, t: PageTexts) -> dict[str, Any]:

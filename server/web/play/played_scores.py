@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TypeAlias
 
 from arramon_server.episodes.splits import Split
@@ -86,6 +87,7 @@ class PlayedScores:
             "columns": columns(t),
             "failures": [failure_of(turn) for turn in ending.scores],
             "spoken": run.language,
+            "said": partial(t.in_groups, ("play_path", "path")),
             "labels": [map_labels(t, run.language, played, turn) for turn in range(2)],
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: pile_name(t, pile),
@@ -96,5 +98,6 @@ class PlayedScores:
     def _totals(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:  # noqa: ARG002, as `_episode`
         report = self._runs.report(caller, run.run_id)
         rows = [(t(f"turns.{name.removeprefix('turn ')}"), report.table.rows[name]) for name in ROWS]
-        context = {"report": report, "rows": rows, "metrics": METRICS, "columns": columns(t)}
+        objects = [(t("play_path.turn", turn=turn), report.table.rows[f"turn {turn}"]) for turn in (1, 2)]
+        context = {"report": report, "rows": rows, "plain_rows": objects, "metrics": METRICS, "columns": columns(t)}
         return self._renderer.page("play_totals.html", t, "", context).decode(), []

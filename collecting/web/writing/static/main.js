@@ -96,6 +96,7 @@ function showPart() {
 }
 
 function enterPart() {
+  page.preview(`${settings.base}/preview?at=${walk.position}`, walk.part);
   text.value = typed[walk.part];
   evidence.changed(text);
   page.count(text.value);

@@ -1,4 +1,6 @@
 // Draws what the page shows beside the view: parts, findings with their words marked, counts, messages.
+const SHARP = 60;    // degrees from which a bend is more than a wriggle of the line
+const FLASH = 2500;  // milliseconds
 const element = (id) => document.getElementById(id);
 
 export class PageView {
@@ -24,16 +26,43 @@ export class PageView {
     this.context.drawImage(image, 0, 0, this.canvas.width, this.canvas.height);
   }
 
-  moved({ outcome, progress, bearing }, part) {
-    element("outcome").textContent = outcome ? this.texts[`outcome_${outcome}`] ?? "" : "";
+  moved({ move, outcome, bend, progress, bearing }, part) {
+    element("outcome").textContent = bend ? this.turned(move, outcome, bend) : this.texts[`outcome_${outcome}`] ?? "";
+    this.flash(Math.abs(bend) < SHARP ? "" : this.texts[`flash_${bendName(bend)}`]);
     element("way").value = progress;
     element("way").hidden = part % 2 === 1;
     const arrow = element("arrow");
     arrow.toggleAttribute("hidden", bearing === null);
+    element("where").hidden = bearing === null;
     if (bearing === null) return;
     arrow.querySelector("g").setAttribute("transform", `rotate(${bearing})`);
     const side = ["ahead", "right", "behind", "left"][Math.round(bearing / 90) % 4];
-    arrow.setAttribute("aria-label", this.texts[`${part % 2 ? "cell" : "target"}_${side}`]);
+    element("where").textContent = this.texts[`${part % 2 ? "cell" : "target"}_${side}`];
+  }
+
+  // That the line turned the writer, by `bend` degrees: who did not press a key to turn may not notice it.
+  turned(move, outcome, bend) {
+    const isStart = element("way").value === 0; // not yet that of this move
+    const faced = isStart ? "begins_with_bend" : "faced_bend";
+    const key = move === "back" ? "turned_back" : outcome === "faced_line" ? faced : "moved_bend";
+    return this.say(key, { bend: this.texts[`bend_${bendName(bend)}`] });
+  }
+
+  // A few words over the view, for a moment.
+  flash(text = "") {
+    const flash = element("flash");
+    clearTimeout(this.flashing);
+    flash.textContent = text;
+    flash.classList.toggle("shown", Boolean(text));
+    if (text) this.flashing = setTimeout(() => flash.classList.remove("shown"), FLASH);
+  }
+
+  // The small picture of the other phase of the same object.
+  preview(address, part) {
+    const isRoom = part % 2 === 1;
+    element("preview-image").src = address;
+    element("preview-words").textContent = this.texts[isRoom ? "preview_street" : "preview_room"];
+    element("preview").hidden = false;
   }
 
   part(part, reached, states) {
@@ -97,4 +126,9 @@ function markedNodes(text, marks) {
     done = end;
   }
   return [...nodes, text.slice(done)];
+}
+
+function bendName(bend) {
+  if (Math.abs(bend) > 135) return "around";
+  return `${Math.abs(bend) < SHARP ? "little_" : ""}${bend < 0 ? "left" : "right"}`;
 }

@@ -43,7 +43,9 @@ export class Walk {
       image.close();
       this.show.moved({
         before,
+        move: change.move,
         outcome: response.headers.get("Arramon-Outcome"),
+        bend: Number(response.headers.get("Arramon-Bend")),
         progress: Number(response.headers.get("Arramon-Progress")),
         bearing: bearing ? Number(bearing) : null,
       });

@@ -41,7 +41,7 @@ const game = new Game((message) => connection.send(message), {
     current.ended = ended.ended;
     lastPractised = practice !== null ? ended.episode : "";
     view.progress(current.ended, current.episodes);
-    view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
+    if (practice === null) view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
     view.clearStrip();
     if (!current.is_hidden) connection.send({ type: "scores", episode: ended.episode });
   },
@@ -91,7 +91,7 @@ function take(message) {
       view.scores(message.html);
       if (practice === null && lastPractised && message.episode === lastPractised) {
         view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
-      }
+      } else if (practice !== null) view.lessonEnded(message.placed.every(Boolean), current.ended, current.episodes);
       break;
     case "published":
       element("publish").hidden = true;

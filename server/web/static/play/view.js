@@ -47,6 +47,12 @@ export class View {
     element("progress").textContent = this.say(this.isPractice ? "practice_progress" : "progress", { number: Math.min(ended + 1, episodes), all: episodes });
   }
 
+  // What came of a part of the practice, and that the test is next.
+  lessonEnded(isRight, number, all) {
+    const said = this.say(isRight ? "lesson_done" : "lesson_missed", { number, all });
+    this.status(number + 1 === all ? `${said} ${this.texts.test_begins}` : said);
+  }
+
   state(state, { isNew, before, action }) {
     const isRoom = state.phase === "assembly";
     element("phase").textContent = this.say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn });

@@ -1,10 +1,12 @@
 """The screening test before writing on a real server: two attempts, then an explanation and a pause."""
 
+import re
 from urllib.parse import urlencode
 
 import pytest
 
 from arramon_collecting.rules.screening import RIGHT_WRITE
+from arramon_collecting.web.texts import texts_of
 from tests.collecting.web.writing.write_site import Answer, Writer, WriteSite
 from tests.web.reading import Page
 
@@ -24,7 +26,10 @@ def test_right_answers_pass_once_and_for_all(site: WriteSite, language: str) -> 
     assert len(page.all("fieldset")) == len(RIGHT_WRITE)
     assert len([field for field in page.all("input") if field.get("type") == "radio"]) == 3 * len(RIGHT_WRITE)
     passed = answer(writer, language)
-    assert (passed.status, passed.headers["Location"]) == (303, f"{home}?notice=passed_write")
+    assert passed.status == 303
+    task = passed.headers["Location"]
+    assert re.fullmatch(re.escape(home) + "write/[0-9a-f]{32}[?]passed", task)
+    assert texts_of(language)("collect_screening.passed") in writer.request("GET", task).text
     assert site.store.workers.get(writer.worker.worker_id).screening["write"]["passed_at"]
     assert writer.request("GET", f"{home}screening/write").status == 303
 
