@@ -48,7 +48,7 @@ def create(arguments: argparse.Namespace) -> None:
     missing = [one.language for one in languages_of(chosen.page_languages) if one.language not in chosen.consents]
     if missing and not is_review:
         print(
-            f"there is no consent text in {', '.join(missing)}, so that these pages show the English one; the setting is "
+            f"there is no consent text in {', '.join(missing)}: these pages show the English one; the setting is "
             f"consent_in.{missing[0]}",
             file=sys.stderr,
         )

@@ -52,6 +52,9 @@ def provenance_of(
         "data_hash": data_hash,
         "licence": settings.licence,
         "consent_sha256": collection.consent_hash,
+        "consent_sha256_in": {
+            code: settings.consent_shown(code).hash_with(settings.licence) for code in sorted(settings.consents)
+        },
         "created_on": f"{collection.created_at:%Y-%m-%d}",
         "rule": {name: getattr(settings, name) for name in rule},
         "texts_by_state": dict(sorted(counts.items())),

@@ -8,6 +8,7 @@ from numpy import hypot
 
 from arramon_collecting.storage.records import HINT
 from arramon_collecting.writing.characters import invisible_in, pictures_in
+from arramon_collecting.writing.exact_names import names_exactly
 from arramon_collecting.writing.walk import PARTS, room_before
 from arramon_dataset.instruction_writer import initial_turn_angle
 from arramon_dataset.instructions.assembly.plan import MIN_LEAD
@@ -120,9 +121,10 @@ class TextChecker:
             return
         seen = self._kinds_along(turn) | NEVER_SURE
         for thing in absent_things(text, self.language, self.episode, turn, self.section):
-            if thing.event.kind not in seen:
-                seen.add(thing.event.kind)
-                yield Finding("not_there", HINT, expected=thing.event.kind)
+            kind = thing.event.kind
+            if kind not in seen and names_exactly(text, kind, self.language, self.root):
+                seen.add(kind)
+                yield Finding("not_there", HINT, expected=kind)
 
     def _kinds_along(self, turn: int) -> set[str]:
         """Return the kinds of street furniture that stand in sight of a turn's path.

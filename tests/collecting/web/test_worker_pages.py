@@ -1,6 +1,8 @@
 """The pages of a worker: joining, consent, tasks, money, leaving; and what a forged or repeated request does."""
 
 import re
+from contextlib import closing
+from pathlib import Path
 from urllib.parse import quote
 
 import pytest
@@ -66,6 +68,36 @@ def test_consent_is_recorded_with_its_hash_and_choice(site: CollectingSite) -> N
     worker = site.field.store.workers.get(worker_id)
     assert (worker.state, worker.keep_texts, worker.consent_hash) == ("active", False, hashed)
     assert worker.consented_at == site.field.clock.now
+
+
+OWN = {"consent": "Mine.", "consent_in": {"hi": "मेरा।"}, "licence": "CC-BY-SA-4.0"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "language", "shown", "text"),
+    [
+        ({}, "hi", "hi", "छद्म नाम से रखे जाते हैं"),
+        (OWN, "hi", "hi", "<p>मेरा।</p>"),
+        (OWN, "en", "en", "<p>Mine.</p>"),
+        ({"consent": "Mine."}, "hi", "en", "<p>Mine.</p>"),
+    ],
+)
+def test_consent_is_in_the_language_of_the_page(
+    tmp_path: Path, settings: dict[str, object], language: str, shown: str, text: str
+) -> None:
+    with closing(CollectingSite(tmp_path, **settings)) as site:
+        browser, worker_id = site.invited()
+        home = HOME.replace("/en/", f"/{language}/")
+        page = browser.get(home).text
+        assert text in page
+        assert f'class="collect-consent" lang="{shown}"' in page
+        assert f"deed.{language}" in page
+        chosen = site.field.collection.settings
+        hashes = {code: chosen.consent_shown(code).hash_with(chosen.licence) for code in ("en", "hi")}
+        if shown != "en":
+            assert browser.post(f"{home}consent", **CONSENT, consent_hash=hashes["en"]).status == 400
+        assert browser.post(f"{home}consent", **CONSENT, consent_hash=hashes[language]).status == 303
+        assert site.field.store.workers.get(worker_id).consent_hash == hashes[shown]
 
 
 def test_what_is_missing_comes_before_the_first_task(site: CollectingSite) -> None:

@@ -77,10 +77,10 @@ def test_words_and_zoom(browser: Browser, aided: PageServer) -> None:
         press(page, (tiny.P, tiny.R), first=1)
         expect(page.locator("#described")).to_be_empty()
         expect(page.locator("#outcome")).to_have_text(
-            "You turned right. No cell ahead: you do not face a wall straight."
+            "You turned right. No tile ahead: you do not face a wall straight."
         )
         press(page, (tiny.L, tiny.F), first=3)
-        expect(page.locator("#ahead")).to_have_text("Cell ahead: column 3, row 3, free.")
+        expect(page.locator("#ahead")).to_have_text("Tile ahead: column 3, row 3, free.")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -20,6 +20,7 @@ def answer(writer: Writer, language: str = "en", **wrong: str) -> Answer:
 @pytest.mark.parametrize("language", ["en", "hi"])
 def test_right_answers_pass_once_and_for_all(site: WriteSite, language: str) -> None:
     writer = site.writer(language)
+    site.store.workers.record_device(writer.worker.worker_id, {"keyboard": True})
     home = f"/{language}/collect/{writer.collection.name}/"
     asked = writer.request("GET", f"{home}screening/write")
     page = Page(asked.text)
