@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 from playwright.sync_api import Browser, BrowserContext, Error, Page, expect
 
-from arramon_collecting.rules.screening import RIGHT_WRITE
-from arramon_collecting.rules.verify_test import RIGHT_VERIFY
+from arramon_collecting.rules.screening import RIGHT_VERIFY, RIGHT_WRITE
 from arramon_server.episodes.episode import Episode
 from arramon_server.web.play.practice_split import practice_split
 from benchmarks.collecting.host_server import HostServer

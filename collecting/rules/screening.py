@@ -14,6 +14,12 @@ CHOICES = ("a", "b", "c")
 RIGHT_WRITE: Mapping[str, str] = {"q1": "c", "q2": "a", "q3": "b", "q4": "c", "q5": "b"}
 """Right answers of the test before writing, by question; words: `collect_screening_write` in the texts."""
 
+RIGHT_VERIFY: Mapping[str, str] = {"q1": "b", "q2": "c", "q3": "a", "q4": "b"}
+"""Right answers of the test before the first verification; words: `collect_screening_verify`."""
+
+RIGHT_ANSWERS = {"write": RIGHT_WRITE, "verify": RIGHT_VERIFY}
+"""Right answers of each stage's test."""
+
 
 @dataclass(frozen=True, slots=True)
 class Screening:

@@ -6,10 +6,12 @@ from arramon_collecting.web.device_page import DevicePage
 from arramon_collecting.web.handlers import Handlers
 from arramon_collecting.web.host_pages import HostPages
 from arramon_collecting.web.page_group import PageGroup
+from arramon_collecting.web.placement_page import PlacementPage
 from arramon_collecting.web.review_pages import ReviewPages
+from arramon_collecting.web.screening_pages import ScreeningPages
+from arramon_collecting.web.task_claims import TaskClaims
 from arramon_collecting.web.verify_pages import VerifyPages
 from arramon_collecting.web.verify_socket import VerifySockets
-from arramon_collecting.web.verify_tests import VerifyTests
 from arramon_collecting.web.walk_pages import WalkPages
 from arramon_server.web.web_parts import WebContext
 
@@ -26,7 +28,8 @@ def verify_page_groups(context: WebContext, handlers: Handlers) -> list[PageGrou
     playback = WalkPlayback(context.splits, context.journal, context.config.camera)
     return [
         DevicePage(handlers),
-        VerifyTests(handlers, sockets),
+        ScreeningPages(handlers, TaskClaims(handlers.store, context.splits)),
+        PlacementPage(handlers, sockets),
         VerifyPages(handlers, sockets, context.journal, results),
         ReviewPages(handlers, context.splits),
         WalkPages(handlers, playback),

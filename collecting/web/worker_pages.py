@@ -15,7 +15,7 @@ from arramon_server.errors import BadInput
 Act = Callable[[web.Request, Collection, Visitor, Mapping[str, str]], web.Response]
 """Answers a form; it runs in a thread."""
 
-NOTICES = frozenset(("nothing", "returned", "saved", "sent", "passed_write"))
+NOTICES = frozenset(("nothing", "returned", "saved", "sent", "passed"))
 """Notices that an address may ask a worker's page to show."""
 
 

@@ -4,8 +4,6 @@ from pathlib import Path
 
 from arramon_collecting.web.handlers import Handlers
 from arramon_collecting.web.page_group import PageGroup
-from arramon_collecting.web.task_claims import TaskClaims
-from arramon_collecting.web.writing.screening_page import WriteScreening
 from arramon_collecting.web.writing.write_page import NAME, WritePage
 from arramon_collecting.web.writing.write_tasks import WriteTasks
 from arramon_collecting.writing.pictures import WriterPictures
@@ -22,7 +20,4 @@ def write_page_groups(context: WebContext, handlers: Handlers) -> list[PageGroup
     context.renderer.add_folder(NAME, Path(__file__).parent)
     pictures = WriterPictures(context.splits, context.config.camera)
     tasks = WriteTasks(handlers.store, context.splits)
-    return [
-        WritePage(handlers, tasks, pictures, context.config.play_image_sizes[0]),
-        WriteScreening(handlers, TaskClaims(handlers.store, context.splits)),
-    ]
+    return [WritePage(handlers, tasks, pictures, context.config.play_image_sizes[0])]

@@ -129,7 +129,7 @@ def test_pay_and_notices_are_said(site: CollectingSite) -> None:
     assert "pays 1.00 USD" in page
     assert "pays 0.20 USD" in page
     assert "were sent. Thank you!" in browser.get(f"{HOME}?notice=sent").text
-    assert "You passed the test." in browser.get(f"{HOME}?notice=passed_write").text
+    assert "You passed the test." in browser.get(f"{HOME}?notice=passed").text
 
 
 def test_two_tabs_get_the_same_task(site: CollectingSite) -> None:
