@@ -5,7 +5,8 @@ from importlib import import_module
 from pathlib import Path
 
 from arramon_collecting.settings import STAGES
-from arramon_collecting.storage.records import CLOSED, HOST, PAUSED, RUNNING, WORKER
+from arramon_collecting.storage.people.records import HOST, WORKER
+from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING
 from arramon_server.commands import Commands
 
 PAPER_SHARE, PAPER_TEXTS = 7692 / 8546, round(8546 / 96)

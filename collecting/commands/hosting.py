@@ -6,7 +6,8 @@ import sys
 
 from arramon_collecting.commands.base_split import read_base_split
 from arramon_collecting.settings import Settings, settings_in_file
-from arramon_collecting.storage.records import HOST, REVIEW_KIND, WRITE_KIND
+from arramon_collecting.storage.people.records import HOST
+from arramon_collecting.storage.records import REVIEW_KIND, WRITE_KIND
 from arramon_collecting.storage.store import Store
 from arramon_collecting.web.texts import languages_of, texts_of
 from arramon_lang import UnknownLanguage, load

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from arramon_collecting.export.provenance import FILE, provenance_of
 from arramon_collecting.export.release_file import is_numbered, write_release
-from arramon_collecting.storage.records import KEPT, Collection, Text
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
+from arramon_collecting.storage.texts.records import KEPT, Text
 from arramon_server.episodes.episode import Episode, Instructions
 from arramon_server.episodes.provenance import Provenance
 from arramon_server.episodes.splits import Split, split_folder, write_split

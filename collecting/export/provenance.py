@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from arramon_collecting.rules.keeping import Outcome, succeeded
-from arramon_collecting.storage.records import REVIEW, WRITE, Collection, Task, Text, Verification
+from arramon_collecting.storage.records import Collection
+from arramon_collecting.storage.texts.records import Text, Verification
+from arramon_collecting.storage.work.records import REVIEW, WRITE, Task
 from arramon_server import __version__
 
 FILE = "collection.json"

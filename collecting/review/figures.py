@@ -9,16 +9,10 @@ from statistics import fmean, median
 from arramon_collecting.rules.agreement import Agreement, Walk, agreement_of, agreement_with_others
 from arramon_collecting.rules.keeping import Outcome, succeeded
 from arramon_collecting.settings import Settings
-from arramon_collecting.storage.records import (
-    KEPT,
-    RETURNED,
-    SUBMITTED,
-    LedgerEntry,
-    Task,
-    Text,
-    Verification,
-    Worker,
-)
+from arramon_collecting.storage.payments.records import LedgerEntry
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.texts.records import KEPT, Text, Verification
+from arramon_collecting.storage.work.records import RETURNED, SUBMITTED, Task
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from arramon_collecting.storage.records import Verification
+from arramon_collecting.storage.texts.records import Verification
 from arramon_server.episodes.episode import Episode
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.room import RoomCell

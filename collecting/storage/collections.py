@@ -8,8 +8,9 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
 from arramon_collecting.settings import Settings, read_settings
-from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING, Collection, Instructions, record_of
-from arramon_collecting.storage.texts import insert_imported
+from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING, Collection, record_of
+from arramon_collecting.storage.texts.records import Instructions
+from arramon_collecting.storage.texts.texts import insert_imported
 from arramon_collecting.storage.transactions import Clock, lock, utc_now
 from arramon_server.errors import BadInput, Conflict, NotFound, TakenOver, quoted
 from arramon_server.runs.storage.collection_tables import collections

@@ -6,7 +6,8 @@ from datetime import datetime, timedelta
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from arramon_collecting.storage.records import FAILED, QUEUED, SENDING, SENT, Collection, Mail, Worker, record_of
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.records import FAILED, QUEUED, SENDING, SENT, Collection, Mail, record_of
 from arramon_collecting.storage.transactions import Clock, new_id, utc_now
 from arramon_server.runs.storage.collection_tables import mail
 from arramon_server.runs.storage.database import Database

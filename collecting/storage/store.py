@@ -3,19 +3,19 @@
 from collections.abc import Callable
 
 from arramon_collecting.storage.collections import Collections
-from arramon_collecting.storage.drafts import Drafts
-from arramon_collecting.storage.ledger import Ledger
 from arramon_collecting.storage.mail_queue import MailQueue
-from arramon_collecting.storage.removal import Removal
-from arramon_collecting.storage.reviews import Reviews
-from arramon_collecting.storage.sign_ins import SignIns
-from arramon_collecting.storage.submissions import Submissions
-from arramon_collecting.storage.tasks import Tasks
-from arramon_collecting.storage.texts import Texts
+from arramon_collecting.storage.payments.ledger import Ledger
+from arramon_collecting.storage.people.removal import Removal
+from arramon_collecting.storage.people.sign_ins import SignIns
+from arramon_collecting.storage.people.visits import Visits
+from arramon_collecting.storage.people.workers import Workers
+from arramon_collecting.storage.texts.reviews import Reviews
+from arramon_collecting.storage.texts.texts import Texts
+from arramon_collecting.storage.texts.verifications import Verifications
 from arramon_collecting.storage.transactions import Clock, random_number, utc_now
-from arramon_collecting.storage.verifications import Verifications
-from arramon_collecting.storage.visits import Visits
-from arramon_collecting.storage.workers import Workers
+from arramon_collecting.storage.work.drafts import Drafts
+from arramon_collecting.storage.work.submissions import Submissions
+from arramon_collecting.storage.work.tasks import Tasks
 from arramon_server.runs.storage.database import Database
 
 

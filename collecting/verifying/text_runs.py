@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 import sqlalchemy as sa
 
-from arramon_collecting.storage.records import Task
+from arramon_collecting.storage.work.records import Task
 from arramon_collecting.verifying.text_splits import split_name
 from arramon_server.closing_times import NEVER_CLOSES
 from arramon_server.errors import Conflict, TakenOver

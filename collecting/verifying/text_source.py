@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 
-from arramon_collecting.storage.records import VERIFY, Collection, Task, Text
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
+from arramon_collecting.storage.texts.records import Text
+from arramon_collecting.storage.work.records import VERIFY, Task
 from arramon_collecting.verifying.text_splits import PlayableText
 from arramon_server.episodes.episode import Instructions
 from arramon_server.episodes.splits import Split

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 from aiohttp import web
 
-from arramon_collecting.storage.records import HOST, Collection, Worker
-from arramon_collecting.storage.sign_ins import LIFETIME
+from arramon_collecting.storage.people.records import HOST, Worker
+from arramon_collecting.storage.people.sign_ins import LIFETIME
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
 from arramon_server.errors import Forbidden, NotFound, Unauthenticated
 from arramon_server.web.play.browser_access import PROXY_HEADERS, check_origin

@@ -10,9 +10,9 @@ from urllib.parse import parse_qsl
 from aiohttp import web
 
 from arramon.strict_json import NotJsonError, read_json
-from arramon_collecting.storage.drafts import OlderDraft
 from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
+from arramon_collecting.storage.work.drafts import OlderDraft
 from arramon_collecting.web.access import Visitor, check_csrf, find_host, find_visitor, renew_cookie
 from arramon_collecting.web.rate_limits import CHANGES_A_MINUTE, RateLimits
 from arramon_collecting.web.texts import languages_of, texts_of

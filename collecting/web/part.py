@@ -10,10 +10,10 @@ from arramon_collecting.storage.store import Store
 from arramon_collecting.verifying.text_source import StoredTexts
 from arramon_collecting.verifying.text_splits import TextSplits
 from arramon_collecting.web.handlers import Handlers
-from arramon_collecting.web.join_pages import JoinPages
 from arramon_collecting.web.page_group import PageGroup
+from arramon_collecting.web.people.join_pages import JoinPages
+from arramon_collecting.web.people.worker_pages import WorkerPages
 from arramon_collecting.web.verify_groups import verify_page_groups
-from arramon_collecting.web.worker_pages import WorkerPages
 from arramon_collecting.web.writing.write_groups import write_page_groups
 from arramon_server.episodes.splits import Split
 from arramon_server.web.web_parts import WebContext

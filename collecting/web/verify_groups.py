@@ -2,17 +2,17 @@
 
 from arramon_collecting.review.walk_playback import WalkPlayback
 from arramon_collecting.verifying.walk_results import WalkResults
-from arramon_collecting.web.device_page import DevicePage
 from arramon_collecting.web.handlers import Handlers
-from arramon_collecting.web.host_pages import HostPages
 from arramon_collecting.web.page_group import PageGroup
-from arramon_collecting.web.placement_page import PlacementPage
-from arramon_collecting.web.review_pages import ReviewPages
-from arramon_collecting.web.screening_pages import ScreeningPages
-from arramon_collecting.web.task_claims import TaskClaims
-from arramon_collecting.web.verify_pages import VerifyPages
-from arramon_collecting.web.verify_socket import VerifySockets
-from arramon_collecting.web.walk_pages import WalkPages
+from arramon_collecting.web.people.device_page import DevicePage
+from arramon_collecting.web.people.screening_pages import ScreeningPages
+from arramon_collecting.web.people.task_claims import TaskClaims
+from arramon_collecting.web.review.host_pages import HostPages
+from arramon_collecting.web.review.review_pages import ReviewPages
+from arramon_collecting.web.review.walk_pages import WalkPages
+from arramon_collecting.web.verifying.placement_page import PlacementPage
+from arramon_collecting.web.verifying.verify_pages import VerifyPages
+from arramon_collecting.web.verifying.verify_socket import VerifySockets
 from arramon_server.web.web_parts import WebContext
 
 

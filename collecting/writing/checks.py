@@ -6,7 +6,7 @@ from pathlib import Path
 
 from numpy import hypot
 
-from arramon_collecting.storage.records import HINT
+from arramon_collecting.storage.texts.records import HINT
 from arramon_collecting.writing.characters import invisible_in, pictures_in
 from arramon_collecting.writing.exact_names import names_exactly
 from arramon_collecting.writing.walk import PARTS, room_before

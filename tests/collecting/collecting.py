@@ -4,9 +4,12 @@ from datetime import UTC, datetime, timedelta
 
 from arramon_collecting.settings import Settings, read_settings
 from arramon_collecting.storage.mail_queue import Letter
-from arramon_collecting.storage.records import Collection, Instructions, Task, Worker
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
-from arramon_collecting.storage.submissions import Play, Submission
+from arramon_collecting.storage.texts.records import Instructions
+from arramon_collecting.storage.work.records import Task
+from arramon_collecting.storage.work.submissions import Play, Submission
 from arramon_server.runs.storage.database import Database
 
 TEXTS: Instructions = (

@@ -7,7 +7,10 @@ import pytest
 from arramon_collecting.review.figures import figures_of_workers, overview_of
 from arramon_collecting.rules.agreement import Agreement
 from arramon_collecting.settings import Settings
-from arramon_collecting.storage.records import LedgerEntry, Task, Text, Verification, Worker
+from arramon_collecting.storage.payments.records import LedgerEntry
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.texts.records import Text, Verification
+from arramon_collecting.storage.work.records import Task
 
 NOON = datetime(2026, 5, 1, 12, tzinfo=UTC)
 STREET = ((0.0, 0.0), (0.0, 1.0))

@@ -15,8 +15,9 @@ from aiosmtpd.smtp import SMTP, Envelope, Session
 from arramon_collecting.mail_sender import MailSender, message_of, send
 from arramon_collecting.settings import SmtpSettings
 from arramon_collecting.storage.mail_queue import FIRST_PAUSE, SENDING_TIME, MailQueue, enqueue
-from arramon_collecting.storage.records import FAILED, QUEUED, SENDING, SENT, Mail, Worker
-from arramon_collecting.web.letters import letter_for
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.records import FAILED, QUEUED, SENDING, SENT, Mail
+from arramon_collecting.web.review.letters import letter_for
 from arramon_server.errors import BadFile, BadInput
 from arramon_server.runs.storage.database import Database
 from tests.collecting.collecting import Field

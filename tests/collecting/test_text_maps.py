@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 from arramon_collecting.review.text_maps import text_maps
-from arramon_collecting.storage.records import Verification
+from arramon_collecting.storage.texts.records import Verification
 from tests import tiny
 
 NOON = datetime(2026, 5, 1, 12, tzinfo=UTC)

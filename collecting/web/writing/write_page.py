@@ -6,7 +6,7 @@ from typing import Any
 
 from aiohttp import web
 
-from arramon_collecting.storage.records import Draft
+from arramon_collecting.storage.work.records import Draft
 from arramon_collecting.web.access import Visitor
 from arramon_collecting.web.handlers import BASE, Handlers, home_address, json_response, request_texts
 from arramon_collecting.web.writing.guidelines import guidelines_context, written_texts

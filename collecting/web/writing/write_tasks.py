@@ -6,9 +6,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from arramon_collecting.rules.clean_text import clean_instructions
-from arramon_collecting.storage.drafts import OlderDraft
-from arramon_collecting.storage.records import EXPIRED, OPEN, SUBMITTED, WRITE, Collection, Draft, Task, Text, Worker
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
+from arramon_collecting.storage.texts.records import Text
+from arramon_collecting.storage.work.drafts import OlderDraft
+from arramon_collecting.storage.work.records import EXPIRED, OPEN, SUBMITTED, WRITE, Draft, Task
 from arramon_collecting.web.texts import texts_of
 from arramon_collecting.web.writing.requests import EVIDENCE, Written
 from arramon_collecting.web.writing.sentences import finding_as_json, sentence

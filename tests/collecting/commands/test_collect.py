@@ -10,7 +10,7 @@ import pytest
 
 from arramon_client.cli import main as client
 from arramon_collecting.storage.store import Store
-from arramon_collecting.storage.submissions import Play
+from arramon_collecting.storage.work.submissions import Play
 from arramon_dataset.release.files import read_release
 from arramon_server.cli import main
 from arramon_server.episodes.splits import read_split, split_folder

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from sqlalchemy import event
 
-from arramon_collecting.storage.records import OPEN, VERIFYING
-from arramon_collecting.storage.submissions import Play
+from arramon_collecting.storage.texts.records import VERIFYING
+from arramon_collecting.storage.work.records import OPEN
+from arramon_collecting.storage.work.submissions import Play
 from arramon_server.errors import StorageError
 from arramon_server.runs.storage.database import Database
 from tests.collecting.collecting import TEXTS, WELL, Field

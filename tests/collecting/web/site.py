@@ -13,8 +13,8 @@ from aiohttp import web
 
 from arramon_collecting.web import part
 from arramon_collecting.web.handlers import Handlers
-from arramon_collecting.web.join_pages import JoinPages
-from arramon_collecting.web.worker_pages import WorkerPages
+from arramon_collecting.web.people.join_pages import JoinPages
+from arramon_collecting.web.people.worker_pages import WorkerPages
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import Unauthenticated
 from arramon_server.runs.accounts.callers import Caller, Role

@@ -9,8 +9,10 @@ from typing import Any, Protocol
 import aiohttp
 
 from arramon_collecting.settings import read_settings
-from arramon_collecting.storage.records import Collection, Instructions, Text, Worker
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
+from arramon_collecting.storage.texts.records import Instructions, Text
 from arramon_server.runs.storage.database import Database
 from tests import tiny
 from tests.web.play.page_client import PageClient, PageServer

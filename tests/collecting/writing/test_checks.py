@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_collecting.storage.records import HINT
+from arramon_collecting.storage.texts.records import HINT
 from arramon_collecting.writing.characters import stored_form
 from arramon_collecting.writing.checks import TextChecker, any_blocks
 from arramon_dataset.paraphrases.collection import paraphrased_episodes, paraphrased_section

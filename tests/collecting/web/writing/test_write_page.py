@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from arramon_collecting.storage.records import EXPIRED, IN_REVIEW, SENT_BACK, SUBMITTED, VERIFYING
+from arramon_collecting.storage.texts.records import IN_REVIEW, SENT_BACK, VERIFYING
+from arramon_collecting.storage.work.records import EXPIRED, SUBMITTED
 from arramon_server.runs.storage.collection_tables import tasks, texts
 from tests.collecting.web.writing.write_site import DONE_AT, EDITOR, OTHER_EDITOR, TEXTS, Writer, WriteSite
 

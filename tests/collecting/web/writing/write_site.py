@@ -9,8 +9,10 @@ from typing import Any
 from urllib.parse import urlencode
 
 from arramon_collecting.settings import read_settings
-from arramon_collecting.storage.records import Collection, Task, Worker
+from arramon_collecting.storage.people.records import Worker
+from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
+from arramon_collecting.storage.work.records import Task
 from arramon_collecting.web.access import cookie_name
 from arramon_server.runs.storage.database import Database
 from tests.web.play.page_client import PageServer

@@ -1,0 +1,1 @@
+"""Table of what is owed."""

@@ -1,0 +1,1 @@
+"""Tables of tasks and drafts, and what is submitted."""

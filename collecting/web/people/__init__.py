@@ -1,0 +1,1 @@
+"""Pages of workers: joining, their own page, and what comes before the first task."""
