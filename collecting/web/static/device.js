@@ -41,6 +41,7 @@ let isBusy = false;
 async function report(keyboard) {
   if (isBusy) return;
   isBusy = true;
+  canvas.hidden = false;
   try {
     const answer = await fetch(settings.address, {
       method: "POST",
@@ -56,7 +57,7 @@ async function report(keyboard) {
     show(settings.texts.lost, false);
     element("retry").hidden = false;
   }
-  element("measure").hidden = true;
+  element("measure").hidden = canvas.hidden = true;
   isBusy = false;
 }
 
