@@ -15,6 +15,7 @@ import grpc
 from arramon.v1 import evaluation_pb2, evaluation_pb2_grpc
 from arramon_client.agent import Agent, AsyncAgent
 from arramon_client.async_play import StreamTarget, play_over
+from arramon_client.closing import close_once
 from arramon_client.errors import ServerUnreachableError
 from arramon_client.loop_thread import run_to_end
 from arramon_client.play import Outcome, Progress, Settings, play
@@ -225,8 +226,9 @@ def _fallback_stub(stack: ExitStack, server: Server, address: str) -> evaluation
     """Return a stub that opens streams at a server process's own address, and else at the common one."""
     # All processes have the certificate of the common address.
     access = replace(server.access, name=host_of(server.address))
-    channel = stack.enter_context(open_channel(address, access, CHANNEL_OPTIONS))
+    channel = open_channel(address, access, CHANNEL_OPTIONS)
     fallback = _FallbackStub(channel, server)
+    stack.callback(close_once(fallback, channel.close))
     stack.callback(fallback.close)
     return cast(evaluation_pb2_grpc.EvaluationStub, fallback)
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
+from arramon_client.closing import close_once
 from arramon_client.errors import EmbeddedServerError
 
 SERVER = "arramon_server"
@@ -49,7 +50,7 @@ def embedded_server(
     options: Sequence[str] = (),
     notify: Callable[[str], None] = lambda _: None,
 ) -> Iterator["EmbeddedServer"]:
-    """Start a server on a Unix socket, and stop it at the end of the context.
+    """Start a server on a Unix socket, and stop it at the end of the context, or of the program.
 
     Args:
         data: the server's data folder.
@@ -63,12 +64,17 @@ def embedded_server(
     check_installed(module)
     folder = _short_folder()
     server = EmbeddedServer(folder, data, module, options, notify)
+
+    def stop() -> None:
+        server.stop()
+        shutil.rmtree(folder, ignore_errors=True)
+
+    close = close_once(server, stop)
     try:
         server.start()
         yield server
     finally:
-        server.stop()
-        shutil.rmtree(folder, ignore_errors=True)
+        close()
 
 
 def check_installed(module: str) -> None:

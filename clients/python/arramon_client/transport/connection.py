@@ -8,6 +8,7 @@ import grpc
 from google.protobuf.message import Message
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA, evaluation_pb2, evaluation_pb2_grpc
+from arramon_client.closing import close_once
 from arramon_client.errors import (
     ArramonClientError,
     EncryptionError,
@@ -100,7 +101,7 @@ def connect(
     timeout: float = 15.0,
     unreachable: Callable[[ServerUnreachableError], None] = raise_unreachable,
 ) -> Iterator[Server]:
-    """Open a channel and get the server's information; close the channel at the end of the context.
+    """Open a channel and get the server's information; close the channel at the end of the context, or of the program.
 
     Args:
         address: `host:port` or `unix:/path`.
@@ -118,8 +119,9 @@ def connect(
         ProtocolError: if its information is malformed.
     """
     channel = open_channel(address, access, CHANNEL_OPTIONS)
+    stub = evaluation_pb2_grpc.EvaluationStub(channel)
+    close = close_once(stub, channel.close)  # It waits for the channel's thread until all calls have ended.
     try:
-        stub = evaluation_pb2_grpc.EvaluationStub(channel)
         info = None
         while info is None:
             try:
@@ -130,7 +132,7 @@ def connect(
                 unreachable(error)
         yield Server(stub, info, address, channel, access)
     finally:
-        channel.close()
+        close()
 
 
 def get_server_info(
