@@ -12,11 +12,12 @@ from sqlalchemy import Engine
 
 from arramon_server.runs.storage.database import Database
 from arramon_server.sim.raster.camera import compile_kernels
-from tests import forked_pools, tiny
+from tests import forked_pools, limits, tiny
 from tests.faults.clients import EPISODES, UndisturbedRun, journal_url, undisturbed
 from tests.forked import Forked
 from tests.serving import Server
 from tests.shared import shared_folder
+from tests.signals import let_programs_be_stopped
 
 pytest_plugins = ["tests.postgres", "tests.proxy"]
 
@@ -43,7 +44,7 @@ def _play_undisturbed(folder: Path) -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """SIGINT interrupts this process and those that it starts, even where its parent has SIGINT ignored."""
+    """SIGINT interrupts this process, even where its parent has SIGINT ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -53,6 +54,13 @@ def interruptible() -> Iterator[None]:
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """`--numprocesses auto`: two for each core, as tests wait for servers and clocks; three took longer."""
     return 2 * (os.cpu_count() or 1)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Prepare the processes in which tests run: with xdist its workers, which inherit what it ignores itself."""
+    if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
+        let_programs_be_stopped()
+        limits.install()
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -1,5 +1,6 @@
 """Servers and clients for tests, forked from a process with all modules loaded, which makes their start quick."""
 
+import faulthandler
 import multiprocessing
 import os
 import signal
@@ -11,11 +12,17 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import arramon_client.cli
 import arramon_server.__main__
 from tests import forked_workers
+
+END_SECONDS = 120.0
+"""Time within which a process must end after its last task."""
+
+RUN_SECONDS = 600.0
+"""Time within which a whole command must end."""
 
 Main = Callable[[list[str]], int]
 """Runs a command with these arguments; returns its exit status."""
@@ -43,7 +50,8 @@ class Forked:
         stderr: Path | None,
         command: Main = arramon_server.__main__.main,
     ) -> None:
-        given = (command, list(arguments), dict(os.environ), stdout, stderr)
+        self._arguments = list(arguments)
+        given = (command, self._arguments, dict(os.environ), stdout, stderr)
         self._process = CONTEXT.Process(target=_run, args=given, daemon=True)
         self._process.start()
         assert self._process.pid is not None
@@ -60,11 +68,13 @@ class Forked:
     def kill(self) -> None:
         self.send_signal(signal.SIGKILL)
 
-    def wait(self, timeout: float | None = None) -> int:
+    def wait(self, timeout: float = END_SECONDS) -> int:
         self._process.join(timeout)
         status = self.poll()
         if status is None:
-            raise subprocess.TimeoutExpired("arramon-server", timeout or 0.0)
+            self.send_signal(signal.SIGABRT)  # It writes to its standard error where each of its threads was.
+            self._process.join(END_SECONDS)
+            raise subprocess.TimeoutExpired(self._arguments, timeout)
         return status
 
 
@@ -81,11 +91,10 @@ class ForkedClient(Forked):
     def returncode(self) -> int | None:
         return self.poll()
 
-    def communicate(self, timeout: float | None = None) -> tuple[str, None]:
+    def communicate(self, timeout: float = RUN_SECONDS) -> tuple[str, None]:
         """What it said from now on to its end, or nothing if that was read already."""
-        text = "" if self.stdout.closed else self.stdout.read()
-        self.stdout.close()
-        self.wait(timeout)
+        text = "" if self.stdout.closed else read_to_end(self, self.stdout, timeout)
+        self.wait()
         return text, None
 
 
@@ -96,9 +105,32 @@ def run(*arguments: object, command: Main = arramon_server.__main__.main) -> "su
     with tempfile.NamedTemporaryFile(prefix="arramon-server-") as errors, said:
         with says:
             process = Forked(words, says, Path(errors.name), command)
-        with os.fdopen(os.dup(said.fileno())) as output:
-            stdout = output.read()
-        return subprocess.CompletedProcess(words, process.wait(240), stdout, Path(errors.name).read_text())
+        stdout = read_to_end(process, os.fdopen(os.dup(said.fileno())), RUN_SECONDS, Path(errors.name))
+        return subprocess.CompletedProcess(words, process.wait(), stdout, Path(errors.name).read_text())
+
+
+def read_to_end(process: Forked, output: TextIO, timeout: float, errors: Path | None = None) -> str:
+    """Read what a process writes until it ends, and close it.
+
+    Raises:
+        AssertionError: if it takes too long; it is then aborted, and the message ends with its threads' stacks.
+    """
+    late = threading.Event()
+
+    def abort() -> None:
+        late.set()
+        process.send_signal(signal.SIGABRT)
+
+    timer = threading.Timer(timeout, abort)
+    timer.start()
+    try:
+        with output:
+            text = output.read()
+    finally:
+        timer.cancel()
+    if late.is_set():
+        raise AssertionError(f"a process did not end within {timeout} s: {text}{errors.read_text() if errors else ''}")
+    return text
 
 
 def _run(
@@ -117,6 +149,7 @@ def _run(
             os.dup2(log.fileno(), sys.stderr.fileno())
     os.environ.clear()
     os.environ.update(environment)
+    faulthandler.enable(2)  # If it is aborted.
     if sys.platform == "linux":
         forked_workers.install()
     threading.Thread(target=_stop_with_parent, daemon=True).start()

@@ -79,7 +79,6 @@ def test_missing_server_package_is_reported(data: Path) -> None:
         make_episodes(data, module="no_such_server")
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_stops_the_generator(module: str, data: Path, tmp_path: Path) -> None:
     (tmp_path / "scripted_maker.py").write_text(
         "import os, sys, time, pathlib\n"

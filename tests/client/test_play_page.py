@@ -12,7 +12,6 @@ from tests import tiny
 from tests.forked import ForkedClient
 
 
-@pytest.mark.usefixtures("interruptible")
 def test_the_page_is_served_until_ctrl_c(tmp_path: Path) -> None:
     tiny.write(tmp_path)
     with socket.socket() as free:

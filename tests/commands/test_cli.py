@@ -107,7 +107,6 @@ def test_serve_refuses_an_out_of_range_step_limit(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signals_drain_and_exit_0(tmp_path: Path, number: signal.Signals) -> None:
     tiny.write(tmp_path)
