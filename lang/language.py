@@ -1,6 +1,7 @@
 """Public interface of the package: a language, loaded from its data folder."""
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from arramon_lang.reading.outline import OutlineEntry
 from arramon_lang.reading.parser import InstructionParser
 from arramon_lang.reading.relations import Relations
 from arramon_lang.reading.scripts.reader import SecondScriptReader
-from arramon_lang.tokens import ScriptTokenizer, Token
+from arramon_lang.tokens import LATIN, ScriptTokenizer, Token
 from arramon_lang.writing.preferences import Preferences
 from arramon_lang.writing.voice import Manner, Voice, draw_voice
 from arramon_lang.writing.writer import Writer
@@ -199,6 +200,22 @@ class Language:
         """Cached reading: both the tester and the follower read each tested instruction."""
         return lru_cache(maxsize=CACHED_READINGS)(self._reader.read)
 
+    def count_words(self, text: str) -> int:
+        """Return the number of the text's words that the language knows; 0 if it has no grammar."""
+        if not self.has_grammar:
+            return 0
+        words = (word for key in self.parser.split(text) for word in self.parser.expand(key))
+        return sum(word in self.parser.vocabulary for word in words if word[0].isalpha())
+
+    def count_latin_words(self, text: str) -> int:
+        """Return the number of words that the language understands in a text in Latin letters.
+
+        It is 0 for texts in other letters, of other languages, and if the language is written in one script only.
+        """
+        if re.search(f"[{LATIN}]", text) is None or self.second_script is None:
+            return 0
+        return self.second_script.count_words(text)
+
     def count_letters(self, text: str) -> int:
         """Return the number of characters of the text that belong to the language's script."""
         return self._tokenizer.count_letters(text)
@@ -239,9 +256,11 @@ def load(code: str, root: Path = ROOT) -> Language:
 
 
 def identify(text: str, root: Path = ROOT) -> str:
-    """Return the code of the language that a text is written in, by the script of most of its letters.
+    """Return the code of the language that a text is written in.
 
-    Among languages that share a script, the one that finds the most collectibles in the text is chosen.
+    The script of most of its letters decides. Among languages that share a script, the one that finds the most
+    collectibles in the text is chosen; but a language that is also written in this script (`latin.toml`) if it
+    understands more words than that one.
 
     Raises:
         ValueError: if no letter of the text belongs to a known language.
@@ -251,4 +270,7 @@ def identify(text: str, root: Path = ROOT) -> str:
     if most == 0:
         raise ValueError(f"{text[:60]!r} is in none of {', '.join(language.code for language in languages)}")
     fitting = [language for language in languages if language.count_letters(text) == most]
-    return max(fitting, key=lambda language: len(language.find_objects(text))).code
+    best = max(fitting, key=lambda language: len(language.find_objects(text)))
+    others = [language for language in languages if language not in fitting and language.count_latin_words(text)]
+    further = max(others, key=lambda language: language.count_latin_words(text), default=best)
+    return further.code if further.count_latin_words(text) > best.count_words(text) else best.code

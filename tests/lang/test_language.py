@@ -63,6 +63,13 @@ def test_unknown_language_error_lists_the_known_ones() -> None:
         ("धारीदार TV को मग के पीछे रखें।", "hi"),
         ("Place the मग there, on the bucket.", "en"),
         ("ఎడమవైపుకు తిరిగి కప్పును తీసుకోండి.", "te"),
+        ("left mud jao, phir seedhe chalo jab tak neela phone booth na aaye. laal mag utha lo", "hi"),
+        ("red building ke paas se right lo aur dotted blue ball utha lo", "hi"),
+        ("bowl pe striped purple book place kar do", "hi"),
+        ("Turn right and go past the red barrel. phir bench ke paas rakha laal mug uthao.", "hi"),
+        ("go strait to the bech n pick up the dotte red bal", "en"),
+        ("place thee dotted green book directly to the left of thee dotte brown book", "en"),
+        ("u-turn, to red barrel, right after tree, dotted blue ball by phone booth", "en"),
     ],
 )
 def test_language_of_a_text_is_identified(text: str, expected: str) -> None:

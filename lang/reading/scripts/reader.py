@@ -11,6 +11,9 @@ from arramon_lang.reading.parser import CannotRead, InstructionParser
 from arramon_lang.reading.scripts.runs import Run, find_runs
 from arramon_lang.reading.scripts.transcriber import Transcriber
 
+MIN_OWN_WORDS = 2
+"""Minimum number of different words of the language itself, in Latin letters, in a text of the language."""
+
 
 class SecondScriptReader:
     """Reader of one language that also understands words and clauses of another.
@@ -51,6 +54,23 @@ class SecondScriptReader:
         if not meanings:
             raise CannotRead(f"nothing understood in {text[:80]!r}")
         return joined(meanings)
+
+    def count_words(self, text: str) -> int:
+        """Return the number of words that texts in the second script understand; 0 for texts of the other language.
+
+        A text is the language's if a clause of it has words that only this language has; clauses of the other language
+        may stand beside it.
+        """
+        keys = self._parser.split(self._parser.unify_variants(text))
+        runs = find_runs(keys, self._transcriber, self._other.vocabulary, self._conjunctions)
+        own = {key for run in runs if not run.is_foreign for key in run.keys if self._transcriber.is_own(key)}
+        if len(own - self._other.vocabulary) < MIN_OWN_WORDS:
+            return 0
+        words = [(key, run.is_foreign) for run in runs for key in run.keys if key[0].isalpha()]
+        return sum(key in self._other.vocabulary if foreign else self._is_understood(key) for key, foreign in words)
+
+    def _is_understood(self, key: str) -> bool:
+        return self._transcriber.is_understood(key) or key in self._parser.vocabulary
 
     def transcribe(self, text: str) -> str:
         """Return a text in which words in Latin letters are the language's own or, if borrowed, as they are."""

@@ -125,6 +125,10 @@ class Transcriber:
         """Return whether another foreign word is understood within sentences of the language."""
         return key in self._senses
 
+    def is_understood(self, key: str) -> bool:
+        """Return whether sentences of the language may contain a word in Latin letters."""
+        return self.is_borrowed(key) or self.has_sense(key) or self.is_own(key)
+
     def transcribe(self, keys: Sequence[str]) -> str:
         """Return a text in which words in Latin letters are the language's own or, if borrowed, as they are."""
         keys = [part for key in keys for part in self._expanded(key)]
