@@ -36,8 +36,8 @@ _RELATIONS = {
 
 _HINDI_VERBS = (
     "(मुड़|घूम|चल|जा|बढ़|निकल|गुज़र|पहुँच|रुक|आ)(ें|िए|ो|एँ|इए|ओ|कर)|(मुड़|घूम|निकल|बढ़|गुज़र|चले|चलते|बढ़ते|पैदल) ?"
-    "(जाएँ|जाइए|जाओ|लें|लीजिए|लो|रहें|रहिए|रहो|चलें|चलिए|चलो)|उठा(एँ|इए|ओ| लें| लीजिए| लो)|ले (लें|लीजिए|लो)|"
-    "रख(ें|िए|ो| दें| दीजिए| दो)|पार (करें|कीजिए|करो|करके)"
+    "(जाएँ|जाइए|जाओ|लें|लीजिए|लो|रहें|रहिए|रहो|चलें|चलिए|चलो)|उठा(एँ|इए|ओ| लें| लीजिए| लो| लीजिएगा| लेना)|"
+    "ले (लें|लीजिए|लो)|रख(ें|िए|ो| दें| दीजिए| दो| दीजिएगा| देना)|पार (करें|कीजिए|करो|करके)"
 )
 
 
@@ -114,13 +114,16 @@ _TURNED = "\x00"
 """Stands for the verb of a turn that is kept."""
 
 _HINDI_TURNS = (
-    "(?:अपनी |अपने )?(बाईं|दाईं|बाएँ|दाएँ) ?(?:ओर|तरफ़|हाथ|दिशा में)? ?(?:(?:मुड़|घूम)(?:ें|िए|ो|कर)|"
-    "(?:मुड़|घूम) (?:जाएँ|जाइए|जाओ|लें|लीजिए|लो))"
+    "(?:अपनी |अपने )?(बाईं|दाईं|बाएँ|दाएँ|लेफ़्ट|राइट) ?(?:ओर|तरफ़|हाथ|दिशा में|में|साइड|की तरफ़)? ?"
+    "(?:(?:मुड़|घूम)(?:ें|िए|ो|कर)|(?:मुड़|घूम) (?:जाएँ|जाइए|जाओ|जाइएगा|जाना|लें|लीजिए|लो))"
 )
+
+_SIDES = {"बा": "बाएँ", "दा": "दाएँ", "ले": "लेफ़्ट", "रा": "राइट"}
+"""The word of a note for each side, by the first letters of the text's."""
 
 
 def _room_turn(match: re.Match[str]) -> str:
-    return f"{'बाएँ' if match[1].startswith('बा') else 'दाएँ'} {_TURNED} "
+    return f"{_SIDES[match[1][:2]]} {_TURNED} "
 
 
 def terse_hindi(text: str, phase: str) -> str:
@@ -130,7 +133,7 @@ def terse_hindi(text: str, phase: str) -> str:
     """
     if phase == "navigation":
         turned = rf"(?<![{DEVANAGARI}]){_HINDI_TURNS}(?![{DEVANAGARI}])"
-        text = re.sub(turned, lambda match: {"बा": "बाएँ,", "दा": "दाएँ,"}[match[1][:2]], text)
+        text = re.sub(turned, lambda match: f"{_SIDES[match[1][:2]]},", text)
     else:
         text = re.sub(rf"(?<![{DEVANAGARI}]){_HINDI_TURNS}(?![{DEVANAGARI}])[।,]? ?", _room_turn, text)
     bounded = rf"(?<![{DEVANAGARI}])(?:{_HINDI_VERBS})(?![{DEVANAGARI}])"
