@@ -22,7 +22,7 @@ NOUNS = {
     "bowl": ["m कटोरा|कटोरे|कटोरे|कटोरों", "m बाउल|बाउल|बाउल|बाउलों", "f कटोरी|कटोरी|कटोरियाँ|कटोरियों"],
     "bucket": ["f बाल्टी|बाल्टी|बाल्टियाँ|बाल्टियों", "f बकेट|बकेट|बकेटें|बकेटों"],
     "cone": [
-        "m ट्रैफ़िक कोन|ट्रैफ़िक कोन|ट्रैफ़िक कोन|ट्रैफ़िक कोन", "m कोन|कोन|ट्रैफ़िक कोन|ट्रैफ़िक कोन",
+        "m ट्रैफ़िक कोन|ट्रैफ़िक कोन|ट्रैफ़िक कोन|ट्रैफ़िक कोनों", "m कोन|कोन|कोन|कोन",
         "m सेफ़्टी कोन|सेफ़्टी कोन|सेफ़्टी कोन|सेफ़्टी कोनों",
     ],
     "phone_booth": [
@@ -160,7 +160,7 @@ LOOKS = {
     ("banner", "triangle"): [VAALA.replace("{}", each) for each in ("त्रिकोण", "त्रिकोण के निशान", "तिकोने निशान")],
     ("banner", "circle"): [VAALA.replace("{}", each) for each in ("गोले के निशान", "गोल निशान")],
     ("banner", "hexagon"): [VAALA.replace("{}", each) for each in ("षट्कोण", "षट्कोण के निशान")],
-    ("banner", "dot"): [VAALA.replace("{}", each) for each in ("बिंदी", "बिंदी के निशान", "बिंदु के निशान")],
+    ("banner", "dot"): [VAALA.replace("{}", each) for each in ("बिंदी", "बिंदी के निशान")],
     ("shop_sign", "hotel"): [KAA.replace("{}", "होटल")],
     ("shop_sign", "cafe"): [KAA.replace("{}", "कैफ़े")],
     ("shop_sign", "bank"): [KAA.replace("{}", "बैंक")],
@@ -170,7 +170,7 @@ LOOKS = {
     ("building", "yellow"): ["पीला|पीले|पीली", KAA.replace("{}", "पीले रंग")],
     ("building", "green"): ["हरा|हरे|हरी", KAA.replace("{}", "हरे रंग")],
     ("building", "blue"): ["नीला|नीले|नीली", KAA.replace("{}", "नीले रंग")],
-    ("building", "brick"): [KAA.replace("{}", each) for each in ("ईंट", "ईंटों")],
+    ("building", "brick"): [VAALA.replace("{}", "ईंटों"), *(KAA.replace("{}", each) for each in ("ईंट", "ईंटों"))],
     ("building", "brown"): ["भूरा|भूरे|भूरी", KAA.replace("{}", "भूरे रंग")],
     ("building", "concrete"): [KAA.replace("{}", "कंक्रीट")],
     ("building", "glass"): [KAA.replace("{}", each) for each in ("काँच", "शीशे")],
@@ -196,7 +196,7 @@ POSTPOSITIONS = {
     ],
     "in_front_of": ["के सामने", "के आगे"],
     "behind": ["के पीछे", "के पीछे की ओर"],
-    "near": ["के पास", "की बगल में", "के नज़दीक", "के क़रीब", "के पास ही", "के बराबर में"],
+    "near": ["के पास", "की बगल में", "के नज़दीक", "के क़रीब", "के पास ही"],
     "against": ["से सटाकर", "से लगाकर", "से चिपकाकर"],
     "diagonal_to": ["से तिरछी दिशा में", "से तिरछे वाले ख़ाने में"],
 }

@@ -72,7 +72,9 @@ def test_nouns_and_adjectives_are_oblique_before_postpositions(relation: str) ->
                 phraser = Phraser(load("hi").grammar, Random(number), voice)
                 heads = {before(word, expected[1]) for word in agreeing(wordings, gender, "singular", "oblique")}
                 fillers = {"thing": phraser.thing(thing, lexeme, (), top=False)}
-                for pattern in (each for each in phraser.grammar.where[relation] if each.weight and "{other" not in each.text):
+                for pattern in (
+                    each for each in phraser.grammar.where[relation] if each.weight and "{other" not in each.text
+                ):
                     text = unparked(phraser.render(pattern, fillers, phraser.features))
                     (head,) = (head for head in heads if text.startswith(f"{head} "))
                     seen.add(text.removeprefix(f"{head} "))
