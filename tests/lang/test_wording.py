@@ -73,7 +73,7 @@ FORBIDDEN = {
         "slanted": "के तिरछे",
         "literary": "समीप|मध्य|दरमियान|तलाश|सायबान|दवाख़ान",
         "a translated turn": "ख़ुद को|(बाईं|दाईं) दिशा|लक्ष्य|की बारी|अगला काम|याद से",
-        "a corner of a cone": "कोनों",
+        "a corner of a cone": "(दो|दोनों|कई|सेफ़्टी|ट्रैफ़िक)( लाल| नीले| नारंगी)? कोनों",
         "a field in a town": "मैदान",
         "a cone of traffic": "ट्रैफ़िक कोन",
         "holding": "(?<!सड़क )(?<!रोड )(?<!रास्ता )(?<!गली )पकड़",
@@ -219,9 +219,8 @@ def test_one_turns_there_only_where_one_has_come_to(code: str, there: str) -> No
     ):
         meaning = Navigation((step, Rotate("left", "at", BARREL)), MUG)
         texts = [load(code).write(meaning, Random(seed)) for seed in range(60)]
-        said = [
-            text for text in texts if re.search(pattern, re.sub("जहाँ[^,]*, वहाँ|वहाँ[^,।]*(गा|गी|है)(?=[,।])", "", text))
-        ]
+        bare = [re.sub("जहाँ[^,]*, वहाँ|वहाँ[^,।]*(गा|गी|है)(?=[,।])", "", text) for text in texts]
+        said = [text for text in bare if re.search(pattern, text)]
         assert bool(said) == is_at_thing, said
 
 
