@@ -10,8 +10,8 @@ from arramon_lang.files import BARE
 from arramon_lang.grammar import Grammar
 from arramon_lang.meaning import TURNS, Assembly, Face, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.matching import Bindings
-from arramon_lang.reading.noun_phrases import OWN, PRONOUN, SAME, NounPhrase
 from arramon_lang.reading.outline import PartMeaning
+from arramon_lang.reading.parsed_phrases import OWN, PRONOUN, SAME, NounPhrase
 
 STEPS = ("turn", "face", "walk")
 

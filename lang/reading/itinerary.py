@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from arramon_lang.files import BARE
 from arramon_lang.meaning import Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_lang.reading.discourse import CROSSED_KINDS, GROUND_KINDS, STEPS, Discourse, ParsedPart, bound_things
-from arramon_lang.reading.noun_phrases import NounPhrase
+from arramon_lang.reading.parsed_phrases import NounPhrase
 
 _AROUND = Rotate("around")
 

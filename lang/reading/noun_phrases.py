@@ -1,56 +1,13 @@
 """Parser of noun phrases: a noun with adjectives in any order."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
-from arramon_lang.grammar import INSIDE, Grammar
-from arramon_lang.reading.matching import OPTIONAL, Phrasebook, SplitWords
-
-PLAIN, SAME, PRONOUN, OWN = "", "same", "it", "its"
-
-
-@dataclass(frozen=True, slots=True)
-class NounPhrase:
-    """A noun phrase; its attributes are those of `arramon_lang.meaning.Thing`.
-
-    Attributes:
-        reference: SAME for an earlier thing of its kind ("that bench"), PRONOUN for the last thing mentioned ("it"),
-            OWN for a corner of the last building ("its corner"), otherwise PLAIN.
-        number: as in `arramon_lang.meaning.Thing`; "several" also for a plural without a number.
-        arms: as in `arramon_lang.meaning.Thing`, if the noun implies it.
-    """
-
-    kind: str
-    colour: str = ""
-    look: str = ""
-    which: str = ""
-    where: tuple["RelationPhrase", ...] = ()
-    reference: str = PLAIN
-    number: str = ""
-    arms: int = field(default=0, compare=False)
-
-
-@dataclass(frozen=True, slots=True)
-class RelationPhrase:
-    """A relation with unresolved noun phrases; see `arramon_lang.meaning.Where`."""
-
-    relation: str
-    things: tuple[NounPhrase, ...]
-    exactly: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class _WordSense:
-    role: str
-    value: str = ""
-    kind: str = ""
-    look: str = ""
-    arms: int = 0
-
-
-_PATTERNED = "\0"
-"""Placeholder kind of a noun that denotes a collectible only if a pattern is stated."""
+from arramon_lang.grammar import Grammar
+from arramon_lang.reading.matching import OPTIONAL, SplitWords
+from arramon_lang.reading.naming_words import DESCRIBING, PATTERNED, PLURAL, NamingWords, WordSense
+from arramon_lang.reading.parsed_phrases import OWN, PLAIN, PRONOUN, SAME, NounPhrase
 
 _JOINED_WITHIN = 5
 """Maximum distance in words of the conjunction from the start of two noun phrases that share a noun."""
@@ -60,12 +17,6 @@ _DIVIDED_WITHIN = 5
 
 _CORNER, _OWNERS = "building_corner", ("building", "shop_sign")
 """Kind of a corner identified by its building, and kinds of things that have such corners."""
-
-_PLURAL = "plural"
-"""`_WordSense.kind` of noun forms that are always plural."""
-
-_DESCRIBING = ("look", "colour", "which", "two", "several", "modifier")
-"""Roles of adjectives; the first of a word's roles that suits the noun applies."""
 
 
 class NounPhraseParser:
@@ -88,49 +39,25 @@ class NounPhraseParser:
         split: SplitWords,
         conjunctions: frozenset[str] = frozenset(),
     ) -> None:
-        self._grammar = grammar
-        self._split = split
+        self._words = NamingWords(grammar, lexicon, split)
+        self._book = self._words.book
         self._joining = conjunctions | {","}
+        self._grammar_kinds = frozenset(grammar.nouns)
         self.known_words: frozenset[str] = frozenset()
-        self._collectibles = frozenset((*lexicon["kinds"], ""))
-        self._object_colours = frozenset(lexicon["colours"])
-        self._book = Phrasebook()
-        self._after = Phrasebook()
-        self._divided = Phrasebook()
-        self._of, self._own = Phrasebook(), Phrasebook()
-        for book, texts in ((self._of, grammar.of), (self._own, grammar.own)):
-            for text in texts:
-                book.add(split(text), None)
-        self._patterned = {
-            split(phrase): kind for kind, phrases in lexicon["patterned_kinds"].items() for phrase in phrases
-        }
-        for role, value, phrases in (
-            ("determiner", "", grammar.determiners), ("same", "", grammar.same), ("pronoun", "", grammar.pronouns),
-            ("another", "", grammar.another), ("two", "two", grammar.two), ("several", "several", grammar.several),
-            ("modifier", "", (*grammar.modifiers, *lexicon["modifiers"])),
-        ):  # fmt: skip
-            for phrase in phrases:
-                self._book.add(split(phrase), _WordSense(role, value))
-        self._add_nouns(lexicon)
-        self._add_adjectives(lexicon)
 
     @property
     def kinds(self) -> frozenset[str]:
         """All kinds that have nouns."""
-        return frozenset(self._grammar.nouns)
+        return self._grammar_kinds
 
     @property
     def vocabulary(self) -> set[str]:
         """All words of noun phrases."""
-        return self._book.vocabulary | self._after.vocabulary
+        return self._words.vocabulary
 
     def borrow(self, other: "NounPhraseParser") -> None:
         """Add the nouns, adjectives and determiners of another language, which texts of this one may use."""
-        for own, borrowed in ((self._book, other._book), (self._after, other._after)):
-            for keys, word in borrowed.entries():
-                if isinstance(word, _WordSense) and word.role not in ("pronoun", "same"):
-                    own.add(keys, word)
-        self._patterned |= other._patterned
+        self._words.borrow(other._words)
         self.known_words |= other.vocabulary
 
     def phrases(self) -> Iterator[tuple[str, ...]]:
@@ -139,66 +66,16 @@ class NounPhraseParser:
 
     def describes(self, key: str) -> bool:
         """Return whether a word by itself is a colour or a look, or a noun with a look."""
-        return any(
-            end == 1 and (word.role in ("colour", "look") or (word.role == "noun" and bool(word.look)))
-            for end, word in self._words(self._book, (key,), 0)
-        )
-
-    def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
-        plural = frozenset(self._grammar.pair_marks)
-        written: dict[str, set[tuple[str, ...]]] = {}
-        for kind, lexemes in self._grammar.nouns.items():
-            listed: set[tuple[str, ...]] = set()
-            singular = {text for each in lexemes for marks, text in each.forms if not marks & plural}
-            arms = {form: lexeme.arms for lexeme in lexemes for _, form in lexeme.forms}
-            for form in arms:
-                number = "" if form in singular else _PLURAL
-                self._book.add(self._split(form.replace(INSIDE, "")), _WordSense("noun", kind, number, arms=arms[form]))
-                if INSIDE in form:
-                    head, tail = map(self._split, form.split(INSIDE))
-                    self._divided.add(head, (*head, *tail))
-                listed.add(self._split(form.replace(INSIDE, "")))
-            written[kind] = listed
-        for also in (self._grammar.also_nouns, lexicon["kinds"], {"": lexicon["stand_ins"]}):
-            for kind, phrases in also.items():
-                for phrase in phrases:
-                    if self._split(phrase) not in written.get(kind, ()):
-                        self._book.add(self._split(phrase), _WordSense("noun", kind))
-        for kind, looks in self._grammar.also_looks.items():
-            for look, phrases in looks.items():
-                for phrase in phrases:
-                    self._book.add(self._split(phrase), _WordSense("noun", kind, look=look))
-        for phrase in self._patterned:
-            self._book.add(phrase, _WordSense("noun", _PATTERNED))
-
-    def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
-        grammar = self._grammar
-        colours = (("colour", kind, listed) for kind, listed in grammar.colours_of.items())
-        for role, kind, listed in (("colour", "", grammar.colours), ("which", "", grammar.whiches), *colours):
-            for value, patterns in listed.items():
-                for text in sorted({text for pattern in patterns for text in grammar.spellings(pattern)}):
-                    self._book.add(self._split(text), _WordSense(role, value, kind))
-        for kind, looks in grammar.looks.items():
-            for value, wordings in looks.items():
-                for wording in wordings:
-                    book = self._after if wording.after else self._book
-                    for text in sorted(grammar.spellings(wording.wording)):
-                        book.add(self._split(text), _WordSense("look", value, kind))
-        for value, phrases in lexicon["colours"].items():
-            for phrase in phrases:
-                self._book.add(self._split(phrase), _WordSense("colour", value))
-        for value, phrases in lexicon["patterns"].items():
-            for phrase in phrases:
-                self._book.add(self._split(phrase), _WordSense("look", value, "collectible"))
+        return self._words.describes(key)
 
     def is_collectible(self, named: NounPhrase) -> bool:
         """Return whether a noun phrase names a collectible's kind, or attributes without a kind."""
-        return named.kind in self._collectibles and bool(named.kind or named.colour or named.look)
+        return named.kind in self._words.collectibles and bool(named.kind or named.colour or named.look)
 
     def read(self, keys: Sequence[str], start: int) -> list[tuple[int, NounPhrase]]:
         """Return (end, noun phrase) pairs for all noun phrases that begin at `keys[start]`."""
         found = [*self._read_whole(keys, start), *self._read_divided(keys, start)]
-        owns = any(True for _ in self._own.at(keys, start))
+        owns = any(True for _ in self._words.own.at(keys, start))
         corners = (corner for end, named in found for corner in self._corners(keys, end, named, owns=owns))
         ends = {end for end, named in found if named.kind == _CORNER or (named.kind == "corner" and named.which)}
         return [*found, *(corner for corner in corners if owns or corner[0] not in ends)]
@@ -210,18 +87,18 @@ class NounPhraseParser:
         if named.kind == "corner":
             if owns:
                 yield end, replace(named, kind=_CORNER, reference=OWN)
-            for at, _ in self._of.at(keys, end):
+            for at, _ in self._words.of.at(keys, end):
                 for after, owner in self._read_whole(keys, at):
                     if owner.kind in _OWNERS:
                         yield after, replace(named, kind=_CORNER, look=owner.look, colour=owner.colour)
         elif named.kind in _OWNERS:
-            for after, word in self._nouns(keys, end):
+            for after, word in self._words.nouns(keys, end):
                 if word.value == "corner":
                     yield after, replace(named, kind=_CORNER, number="")
 
     def _read_divided(self, keys: Sequence[str], start: int) -> Iterator[tuple[int, NounPhrase]]:
         """Yield noun phrases with adjectives inside the noun, parsed as if the adjectives preceded it."""
-        for at, noun in self._divided.at(keys, start):
+        for at, noun in self._words.divided.at(keys, start):
             assert isinstance(noun, tuple)
             tail = noun[at - start :]
             for place in range(at + 1, min(at + _DIVIDED_WITHIN, len(keys) - len(tail)) + 1):
@@ -250,30 +127,28 @@ class NounPhraseParser:
         """Return noun phrases with the longest or the shortest adjectives, and whether some do not suit a noun."""
         is_unsuited = False
         at, reference, another = start, PLAIN, False
-        for end, word in self._words(self._book, keys, start):
+        for end, word in self._words.at(self._book, keys, start):
             if word.role == "pronoun":
                 return [(end, NounPhrase("", reference=PRONOUN))], False
             if word.role in ("determiner", "same", "another"):
                 at, reference, another = end, SAME if word.role == "same" else PLAIN, word.role == "another"
                 break
         found: dict[tuple[int, NounPhrase], None] = {}
-        described: list[tuple[_WordSense, ...]] = []
+        described: list[tuple[WordSense, ...]] = []
         joined = False
         while True:
-            words = list(self._words(self._book, keys, at))
+            words = list(self._words.at(self._book, keys, at))
             if not words and described and keys[at : at + 1] and keys[at] in self._joining:
                 joined, at = True, at + 1  # "the white and black mug"
-                words = [each for each in self._words(self._book, keys, at) if each[1].role in _DESCRIBING]
+                words = [each for each in self._words.at(self._book, keys, at) if each[1].role in DESCRIBING]
             for end, word in words:
                 if word.role == "noun" and (not joined or self._is_described(word.value, described)):
                     named = self._with_noun(keys, at, end, word, described, reference)
                     found.update((each, None) for each in _other_than_mentioned(named, another=another))
-                    is_unsuited |= any(not any(self._suits(w, word.value) for w in group) for group in described)
+                    is_unsuited |= any(not any(self._words.suits(w, word.value) for w in group) for group in described)
             nouns = [end for end, word in words if word.role == "noun" and not word.look]
             # "Blue booth" is one noun, not an adjective before another noun.
-            adjectives = [
-                (end, word) for end, word in words if word.role in _DESCRIBING and end > max(nouns, default=0)
-            ]
+            adjectives = [(end, word) for end, word in words if word.role in DESCRIBING and end > max(nouns, default=0)]
             if not adjectives and not words and at > start and self._is_unknown_adjective(keys, at):
                 at += 1
                 continue
@@ -282,22 +157,20 @@ class NounPhraseParser:
             at = adjectives[-1 if shortest else 0][0]
             described.append(tuple(word for end, word in adjectives if end == at))
 
-    def _is_described(self, kind: str, described: Sequence[tuple[_WordSense, ...]]) -> bool:
+    def _is_described(self, kind: str, described: Sequence[tuple[WordSense, ...]]) -> bool:
         """Return whether a kind is a collectible's and all adjectives suit it."""
-        return kind in self._collectibles and all(any(self._suits(w, kind) for w in group) for group in described)
+        return kind in self._words.collectibles and all(
+            any(self._words.suits(w, kind) for w in group) for group in described
+        )
 
     def _is_unknown_adjective(self, keys: Sequence[str], at: int) -> bool:
         """Return whether an unknown word precedes a word of the noun phrase."""
-        is_unknown = (
-            bool(self.known_words)
-            and keys[at : at + 1]
-            and keys[at] not in self.known_words
-            and keys[at] not in OPTIONAL
-        )
-        return bool(is_unknown) and any(True for _ in self._words(self._book, keys, at + 1))
+        if not self.known_words or at >= len(keys) or keys[at] in self.known_words or keys[at] in OPTIONAL:
+            return False
+        return any(True for _ in self._words.at(self._book, keys, at + 1))
 
     def _without_noun(
-        self, end: int, described: Sequence[tuple[_WordSense, ...]], *, another: bool
+        self, end: int, described: Sequence[tuple[WordSense, ...]], *, another: bool
     ) -> list[tuple[int, NounPhrase]]:
         """Return a noun phrase that consists of a determiner or an ordinal: "over another", "over a second"."""
         which = next((word.value for group in described for word in group if word.role == "which"), "")
@@ -311,7 +184,7 @@ class NounPhraseParser:
         """Return pairs of noun phrases that share a noun ("the brick and wooden walls") and begin at `keys[start]`."""
         found: list[tuple[int, tuple[NounPhrase, NounPhrase]]] = []
         if any(
-            word.role in ("modifier", "two") for _, word in self._words(self._book, keys, start)
+            word.role in ("modifier", "two") for _, word in self._words.at(self._book, keys, start)
         ):  # "both the brick and ..."
             found += self.read_joined(keys, start + 1, conjunctions)
         for at in range(start + 1, min(start + _JOINED_WITHIN, len(keys))):
@@ -319,7 +192,7 @@ class NounPhraseParser:
                 continue
             for end, second in self.read(keys, at + 1):
                 noun = next(
-                    (n for n in range(end - 1, at, -1) if any(to == end for to, _ in self._nouns(keys, n))), end
+                    (n for n in range(end - 1, at, -1) if any(to == end for to, _ in self._words.nouns(keys, n))), end
                 )
                 first = [
                     named
@@ -330,29 +203,21 @@ class NounPhraseParser:
                     found.append((end, (replace(first[0], number=""), replace(second, number=""))))
         return found
 
-    def _nouns(self, keys: Sequence[str], at: int) -> list[tuple[int, _WordSense]]:
-        return [(end, word) for end, word in self._words(self._book, keys, at) if word.role == "noun"]
-
-    def _words(self, book: Phrasebook, keys: Sequence[str], at: int) -> Iterator[tuple[int, _WordSense]]:
-        for end, word in book.at(keys, at):
-            if isinstance(word, _WordSense):
-                yield end, word
-
     def _with_noun(
         self,
         keys: Sequence[str],
         at: int,
         end: int,
-        noun: _WordSense,
-        described: Sequence[tuple[_WordSense, ...]],
+        noun: WordSense,
+        described: Sequence[tuple[WordSense, ...]],
         reference: str,
     ) -> Iterator[tuple[int, NounPhrase]]:
         kind = noun.value
         patterned = any(word.role == "look" and word.kind == "collectible" for group in described for word in group)
-        if kind == _PATTERNED or (patterned and tuple(keys[at:end]) in self._patterned):
+        if kind == PATTERNED or (patterned and tuple(keys[at:end]) in self._words.patterned):
             if not patterned:
                 return
-            kind = self._patterned[tuple(keys[at:end])]
+            kind = self._words.patterned[tuple(keys[at:end])]
         if any(self._is_another_thing(group, kind) for group in described):
             return
         if kind == "corner" and any(w.role == "look" and w.kind == "building" for group in described for w in group):
@@ -361,22 +226,26 @@ class NounPhraseParser:
             kind, noun = "shop_sign", replace(noun, look=shop)
         attributes = {"look": noun.look, "colour": "", "which": "", "two": "", "several": ""}
         for group in described:
-            suiting = [word for word in group if self._suits(word, kind)] or ([] if kind else list(group))
+            suiting = [word for word in group if self._words.suits(word, kind)] or ([] if kind else list(group))
             if suiting:
-                word = min(suiting, key=lambda each: (_DESCRIBING.index(each.role), each.kind != kind))
+                word = min(suiting, key=lambda each: (DESCRIBING.index(each.role), each.kind != kind))
                 attributes[word.role] = word.value
-        after = [(to, word.value) for to, word in self._words(self._after, keys, end) if self._suits(word, kind)]
+        after = [
+            (to, word.value)
+            for to, word in self._words.at(self._words.after, keys, end)
+            if self._words.suits(word, kind)
+        ]
         if after:
             end, attributes["look"] = after[0]
-        number = attributes["two"] or attributes["several"] or ("several" if noun.kind == _PLURAL else "")
+        number = attributes["two"] or attributes["several"] or ("several" if noun.kind == PLURAL else "")
         named = NounPhrase(
             kind, attributes["colour"], attributes["look"], attributes["which"], (), reference, number, noun.arms
         )
         yield end, named
-        if kind in self._collectibles:
+        if kind in self._words.collectibles:
             yield from self._described_behind(keys, end, named)
 
-    def _shop(self, described: Sequence[tuple[_WordSense, ...]]) -> str:
+    def _shop(self, described: Sequence[tuple[WordSense, ...]]) -> str:
         """Return the shop whose building is described ("the brown cinema building"), or ""."""
         return next((w.value for group in described for w in group if w.role == "look" and w.kind == "shop_sign"), "")
 
@@ -385,7 +254,7 @@ class NounPhraseParser:
         attributes: dict[str, str] = {}
         end = at
         while at < len(keys):
-            words = [each for each in self._words(self._book, keys, at) if self._says_more(each[1], named)]
+            words = [each for each in self._words.at(self._book, keys, at) if self._says_more(each[1], named)]
             if words:
                 end = at = words[0][0]
                 attributes.update((word.role, word.value) for _, word in words[:1] if word.role != "modifier")
@@ -393,39 +262,27 @@ class NounPhraseParser:
                 at += 1
             else:
                 break
-        follows = [word for _, word in self._words(self._book, keys, end) if word.role == "noun"]
+        follows = [word for _, word in self._words.at(self._book, keys, end) if word.role == "noun"]
         if not attributes or any(getattr(named, role) for role in attributes) or any(word.value for word in follows):
             return
-        ends = [to for to, word in self._words(self._book, keys, end) if word.role == "noun"]
+        ends = [to for to, word in self._words.at(self._book, keys, end) if word.role == "noun"]
         yield (
             max(ends, default=end),
             replace(named, colour=attributes.get("colour", named.colour), look=attributes.get("look", named.look)),
         )
 
-    def _says_more(self, word: _WordSense, named: NounPhrase) -> bool:
+    def _says_more(self, word: WordSense, named: NounPhrase) -> bool:
         """Return whether an adjective can describe the thing further."""
-        return word.role in ("look", "colour", "modifier") and self._suits(word, named.kind)
+        return word.role in ("look", "colour", "modifier") and self._words.suits(word, named.kind)
 
     def _is_determiner(self, keys: Sequence[str], at: int) -> bool:
-        return any(word.role == "determiner" for _, word in self._words(self._book, keys, at))
+        return any(word.role == "determiner" for _, word in self._words.at(self._book, keys, at))
 
-    def _is_another_thing(self, group: Sequence[_WordSense], kind: str) -> bool:
+    def _is_another_thing(self, group: Sequence[WordSense], kind: str) -> bool:
         """Return whether the adjectives name a shop that the noun belongs to: "the bank's corner"."""
         return kind not in ("", "building", "zebra_crossing") and all(  # "The pharmacy crossing" is one thing.
-            word.role == "look" and word.kind == "shop_sign" and not self._suits(word, kind) for word in group
+            word.role == "look" and word.kind == "shop_sign" and not self._words.suits(word, kind) for word in group
         )
-
-    def _suits(self, word: _WordSense, kind: str) -> bool:
-        """Return whether an adjective can describe things of a kind."""
-        if word.role == "look":
-            return word.kind == self._grammar.look_kind(kind) or (
-                word.kind == "collectible" and kind in self._collectibles
-            )
-        if word.role == "colour":
-            if word.kind:
-                return word.kind == kind
-            return kind not in self._collectibles or word.value in self._object_colours
-        return True
 
 
 def _says_more_than(one: NounPhrase, other: NounPhrase) -> bool:

@@ -1,17 +1,15 @@
 """Parser of instructions: matches a language's patterns against a text, and skips parts that it does not understand."""
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from arramon_client.world import PHASES
 from arramon_lang.files import BARE, ONLY_READ_CLAUSES
 from arramon_lang.grammar import Grammar, Table
-from arramon_lang.lexicon import FUZZY_LENGTH, keys_of, within_one_edit
+from arramon_lang.lexicon import keys_of
 from arramon_lang.meaning import Meaning
-from arramon_lang.patterns import Alternatives, Pattern, Slot
-from arramon_lang.patterns import Sequence as Body
+from arramon_lang.patterns import Pattern, Slot
 from arramon_lang.reading.chunks.chunker import Chunker
 from arramon_lang.reading.chunks.parsers import parser_for
 from arramon_lang.reading.chunks.sequence import ChunkSequence
@@ -20,7 +18,9 @@ from arramon_lang.reading.itinerary import read_navigation
 from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.outline import OutlineEntry, entries_of
+from arramon_lang.reading.relation_patterns import relation_automaton
 from arramon_lang.reading.segmentation import TextSegmenter
+from arramon_lang.reading.spelling import SpellingCorrector
 from arramon_lang.reading.typing_errors import TypingCorrector
 from arramon_lang.tokens import ScriptTokenizer
 
@@ -70,15 +70,7 @@ class InstructionParser:
         }
         self.attached = self._automaton({"attached": grammar.attached, "nested": grammar.nested}, nested)
         self.nested = self._automaton({"nested": grammar.nested}, nested)
-        relations_of = {key.partition(" ")[0] for key in grammar.where}
-        self.relations = self._automaton(
-            grammar.where, {key: also[key] for key in also if key.partition(" ")[0] in relations_of}
-        )
-        for relation, phrases in relations["phrases"].items():
-            for phrase in set(phrases) - set(relations.get("by_themselves", [])):
-                self.relations.add_body(
-                    PatternLabel(relation, only_read=True), _phrase_body(relation, phrase, relations)
-                )
+        self.relations = relation_automaton(grammar, relations, self.split)
         self.joins = {
             True: self._joins(("where", "where of more", "where after clause")),
             False: self._joins(("nested where",)),
@@ -96,14 +88,12 @@ class InstructionParser:
             self._asides.add(self.split(phrase), None)
         self._vocabulary = frozenset(self._all_words())
         self.noun_phrase_parser.known_words = self._vocabulary
-        self._long = [word for word in self._vocabulary if len(word) >= FUZZY_LENGTH]
-        self._folded = self._spelt_alike()
-        self._never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
-        self._corrected: dict[str, str] = {}
+        never_fuzzy = frozenset(word.casefold() for word in lexicon["not_misspelt"])
+        self._spelling = SpellingCorrector(self._vocabulary, grammar.folding, never_fuzzy, self._is_compound)
         self._typing = None
         if typing is not None:
             naming = self.noun_phrase_parser.vocabulary
-            self._typing = TypingCorrector(self._vocabulary | self._never_fuzzy, naming, typing)
+            self._typing = TypingCorrector(self._vocabulary | never_fuzzy, naming, typing)
             self._rewriting = [
                 (re.compile(rule["pattern"]), rule["words"], rule["phases"]) for rule in typing["rewriting"]
             ]
@@ -241,41 +231,15 @@ class InstructionParser:
 
     def correct(self, key: str) -> str:
         """Return the word, or the only known word with the same folded spelling or within one typing error."""
-        if key in self._vocabulary or key in self._never_fuzzy:
-            return key
-        if self.chunker is not None and self.chunker.split_suffix(key):
-            return key
-        alike = self._folded.get(self._fold(key))
-        if alike is not None:
-            return alike
-        if len(key) < FUZZY_LENGTH:
-            return key
-        if key not in self._corrected:
-            near = [word for word in self._long if within_one_edit(key, word)]
-            if len(near) > 1:  # The first letter is seldom wrong.
-                near = [word for word in near if word[0] == key[0]]
-            self._corrected[key] = near[0] if len(near) == 1 else key
-        return self._corrected[key]
+        return self._spelling.correct(key)
+
+    def _is_compound(self, key: str) -> bool:
+        return self.chunker is not None and bool(self.chunker.split_suffix(key))
 
     def expand(self, key: str) -> tuple[str, ...]:
         """Return the words that one stands for: without typing errors, and written in full."""
         corrected = self.correct(key)
         return (corrected,) if self._typing is None else self._typing.words(corrected)
-
-    def _fold(self, word: str) -> str:
-        """Return a word with spelling variants folded together."""
-        for one, other in self._grammar.folding:
-            word = word.replace(one, other)
-        return word
-
-    def _spelt_alike(self) -> dict[str, str]:
-        """Return the known word of each folded spelling that belongs to a single one."""
-        found: dict[str, str] = {}
-        if self._grammar.folding:
-            folded = [(self._fold(word), word) for word in self._vocabulary]
-            counts = Counter(spelling for spelling, _ in folded)
-            found = {spelling: word for spelling, word in folded if counts[spelling] == 1}
-        return found
 
     def _books(self) -> dict[str, Phrasebook]:
         """Return a phrasebook of all possible texts for each word and table slot."""
@@ -330,12 +294,3 @@ class InstructionParser:
             yield from book.vocabulary
         for automaton in (*self.clauses.values(), self.attached, self.nested, self.relations):
             yield from automaton.vocabulary
-
-
-def _phrase_body(relation: str, phrase: str, relations: Mapping[str, Any]) -> Body:
-    """Return the pattern of a phrase of `relations.toml`, with its landmark after or before it."""
-    landmark: Body = (Alternatives(((Slot("thing"),), (Slot("joined"),))),)
-    if relation == "between":
-        two: Body = (Slot("thing"), f" {relations['conjunctions'][0]} ", Slot("other"))
-        landmark = (Alternatives((two, (Slot("pair"),), (Slot("joined"),))),)
-    return (f"{phrase} ", *landmark) if relations["position"] == "before" else (*landmark, f" {phrase}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from arramon_lang.files import BARE
 from arramon_lang.reading.discourse import ParsedPart, bound_things
 from arramon_lang.reading.matching import Automaton, Match
-from arramon_lang.reading.noun_phrases import NounPhrase, RelationPhrase
+from arramon_lang.reading.parsed_phrases import NounPhrase, RelationPhrase
 
 if TYPE_CHECKING:
     from arramon_lang.reading.parser import InstructionParser

@@ -7,7 +7,8 @@ from typing import Any
 from arramon_lang.patterns import parse, spell_out
 from arramon_lang.reading.chunks.rules import load_rules
 from arramon_lang.reading.matching import SplitWords
-from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
+from arramon_lang.reading.noun_phrases import NounPhraseParser
+from arramon_lang.reading.parsed_phrases import NounPhrase
 
 THING, SIDE, LOOK, RELATION, VERB, YOURS = "thing", "side", "look", "relation", "verb", "yours"
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from arramon_lang.meaning import Thing
 from arramon_lang.reading.chunks.chunker import LOOK, RELATION, STOP, THEN, THING, VERB, YOURS, Chunk
 from arramon_lang.reading.chunks.rules import ChunkRules
-from arramon_lang.reading.noun_phrases import NounPhrase, NounPhraseParser
+from arramon_lang.reading.noun_phrases import NounPhraseParser
+from arramon_lang.reading.parsed_phrases import NounPhrase
 
 
 @dataclass(frozen=True, slots=True)

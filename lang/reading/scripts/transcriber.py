@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any
 
-from arramon_lang.reading.noun_phrases import PRONOUN, NounPhraseParser
+from arramon_lang.reading.noun_phrases import NounPhraseParser
+from arramon_lang.reading.parsed_phrases import PRONOUN
 from arramon_lang.reading.scripts.sounds import Sounds, distance
 from arramon_lang.tokens import LATIN
 

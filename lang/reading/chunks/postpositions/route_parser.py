@@ -8,7 +8,7 @@ from arramon_lang.reading.chunks.chunker import RELATION, SIDE, SIDES, STOP, THE
 from arramon_lang.reading.chunks.postpositions.route_draft import PendingPlace, PendingThing
 from arramon_lang.reading.chunks.postpositions.side_parser import BOUNDARIES, SideParser
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS, Discourse
-from arramon_lang.reading.noun_phrases import NounPhrase
+from arramon_lang.reading.parsed_phrases import NounPhrase
 
 _FLAGS = ("there", "back_again", "which", "one_side", "other_side", "repeat", "until")
 """Kinds of words that change the meaning of the next chunks."""

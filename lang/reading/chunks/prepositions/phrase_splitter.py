@@ -15,7 +15,7 @@ from arramon_lang.reading.chunks.prepositions.phrases import (
 )
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import CROSSED_KINDS, GROUND_KINDS, Discourse
-from arramon_lang.reading.noun_phrases import NounPhrase
+from arramon_lang.reading.parsed_phrases import NounPhrase
 
 BUILDING_FEATURES = ("banner", "awning", "shop_sign", "building_corner", "wall", "corner")
 """Kinds of features that identify a building and are not landmarks of their own."""
