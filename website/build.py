@@ -1,0 +1,118 @@
+"""The build of the site: pages are staged, generated ones are added, the generator runs, and its result is checked."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from website.generated import Page, generated_pages
+from website.staging import HINDI, ROOT, Stage
+
+HERE = Path(__file__).resolve().parent
+
+FONTS = ROOT / "server" / "web" / "static"
+"""Folder of the fonts and the icon that the server's pages use, too."""
+
+ASSETS = (
+    FONTS / "hind-400.woff2", FONTS / "hind-600.woff2", FONTS / "hind-LICENSE.txt", FONTS / "icon.svg",
+    HERE / "static" / "site.css",
+)  # fmt: skip
+
+
+class BuildError(Exception):
+    """The site could not be built; the message says why."""
+
+
+def build(site: Path) -> None:
+    """Build the site.
+
+    Args:
+        site: folder of the site; what is in it is removed.
+
+    Raises:
+        BuildError: if the generator finds fault with a page.
+    """
+    with tempfile.TemporaryDirectory(prefix="arramon-docs-") as folder:
+        work = Path(folder)
+        pages = generated_pages()
+        english = Stage(work / "en" / "pages")
+        english.add_docs()
+        _add(english, pages)
+        made = _generate(work / "en", _english(pages))
+        hindi = Stage(work / HINDI / "pages")
+        hindi.add_hindi()
+        _add(hindi, ())
+        shutil.copytree(_generate(work / HINDI, _hindi()), made / HINDI)
+        _redirect(made)
+        shutil.rmtree(site, ignore_errors=True)
+        shutil.copytree(made, site)
+
+
+def _add(stage: Stage, pages: Sequence[Page]) -> None:
+    for page in pages:
+        target = stage.pages / page.path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(page.text, encoding="utf-8")
+    assets = stage.pages / "assets"
+    assets.mkdir(exist_ok=True)
+    for path in ASSETS:
+        shutil.copy(path, assets)
+
+
+def _english(pages: Sequence[Page]) -> str:
+    """Return the settings of the English site."""
+    sections: dict[str, list[str]] = {}
+    for page in pages:
+        if page.section:
+            sections.setdefault(page.section, []).append(f"{{ {json.dumps(page.title)} = {json.dumps(page.path)} }}")
+    nav = ",\n".join(f"{{ {json.dumps(section)} = [{', '.join(its)}] }}" for section, its in sections.items())
+    return _settings({"@HOME@": "", "@REFERENCE@": nav, "@ROOT@": str(ROOT)})
+
+
+def _hindi() -> str:
+    """Return the settings of the Hindi site: those of the English one, with its own language and navigation."""
+    text = _settings({"@HOME@": "../", "@REFERENCE@": "", "@ROOT@": str(ROOT)})
+    before, nav = text.index("nav = ["), text.index("[project.theme]")
+    own = (HERE / "hindi.toml").read_text(encoding="utf-8")
+    return text[:before] + own + "\n" + text[nav:].replace('language = "en"', f'language = "{HINDI}"', 1)
+
+
+def _settings(values: dict[str, str]) -> str:
+    text = (HERE / "zensical.toml").read_text(encoding="utf-8")
+    for name, value in values.items():
+        text = text.replace(name, value)
+    return text
+
+
+def _generate(folder: Path, settings: str) -> Path:
+    """Run the generator in a folder, and return the folder of the site that it made."""
+    (folder / "zensical.toml").write_text(settings, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "zensical", "build", "--strict"],
+        cwd=folder, capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"},
+    )  # fmt: skip
+    if done.returncode:
+        said = re.sub(r"\x1b\[[0-9;]*m", "", done.stdout + done.stderr)
+        raise BuildError(said.partition("Traceback")[0].strip() or said.strip())
+    return folder / "site"
+
+
+def _redirect(site: Path) -> None:
+    """Write a page at each old address that leads to the new one."""
+    for old, new in json.loads((HERE / "redirects.json").read_text(encoding="utf-8")).items():
+        target = site / old
+        if target.exists():
+            raise BuildError(f"redirects.json: {old} is a page")
+        if not (site / new).exists():
+            raise BuildError(f"redirects.json: {old} leads to {new}, which is no page")
+        target.write_text(
+            f'<!doctype html><html lang="en"><meta charset="utf-8"><title>Moved</title>'
+            f'<meta http-equiv="refresh" content="0; url={new}"><link rel="canonical" href="{new}">'
+            f'<p>This page has moved to <a href="{new}">{new}</a>.</p></html>\n',
+            encoding="utf-8",
+        )
