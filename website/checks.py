@@ -10,10 +10,27 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-LOADS = {"script": "src", "img": "src", "source": "srcset", "iframe": "src", "video": "src", "audio": "src", "object": "data"}
+LOADS = {
+    "script": "src",
+    "img": "src",
+    "source": "srcset",
+    "iframe": "src",
+    "video": "src",
+    "audio": "src",
+    "object": "data",
+}
 """Attributes that make a browser load something, by element."""
 
-LOADING_RELATIONS = {"stylesheet", "icon", "preload", "preconnect", "prefetch", "dns-prefetch", "manifest", "modulepreload"}
+LOADING_RELATIONS = {
+    "stylesheet",
+    "icon",
+    "preload",
+    "preconnect",
+    "prefetch",
+    "dns-prefetch",
+    "manifest",
+    "modulepreload",
+}
 """Relations of `link` for which a browser sends a request."""
 
 
@@ -83,7 +100,11 @@ def problems(site: Path) -> list[str]:
     found = [f"{path.relative_to(site.resolve())}: {problem}" for path in pages for problem in _of(path, pages)]
     for style in sorted(site.rglob("*.css")):
         text = style.read_text(encoding="utf-8")
-        found += [f"{style.relative_to(site)}: loads {part[:60]}" for part in text.split("url(")[1:] if _leaves(part.strip("\"' "))]
+        found += [
+            f"{style.relative_to(site)}: loads {part[:60]}"
+            for part in text.split("url(")[1:]
+            if _leaves(part.strip("\"' "))
+        ]
     return found
 
 

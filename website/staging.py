@@ -94,7 +94,7 @@ class Stage:
         return ATTRIBUTE.sub(link, LINK.sub(link, line))
 
     def _place(self, path: Path) -> Path | None:
-        """Return the path of a repository's file in the folder of pages, copying it if need be; None if there is none."""
+        """Return where a file of the repository is in the folder of pages, copying it if need be; None if it is not."""
         if not path.is_relative_to(ROOT) or not path.exists():
             return None
         name = path.relative_to(ROOT)

@@ -2,8 +2,13 @@
 
 It counts a token for every 4 characters of text, and IMAGE_TOKENS for an image, so that figures are comparable and
 nobody's tokenizer is needed.
+
+    python -m benchmarks.agents.fake_endpoint [--port PORT]
+
+serves one in place of a model, to try `agents.vlm` without one: it passes the sight check, and walks without reading.
 """
 
+import argparse
 import base64
 import io
 import json
@@ -63,6 +68,7 @@ class FakeEndpoint:
 
     Args:
         behaviour: answers the requests.
+        port: 0 for a free one.
 
     Attributes:
         requests: bodies of all requests, in order of arrival.
@@ -70,13 +76,13 @@ class FakeEndpoint:
         most_open: the most requests that were open at the same time.
     """
 
-    def __init__(self, behaviour: Behaviour) -> None:
+    def __init__(self, behaviour: Behaviour, port: int = 0) -> None:
         self.behaviour = behaviour
         self.requests: list[Request] = []
         self.keys: list[str] = []
         self.open = self.most_open = 0
         self._lock = threading.Lock()
-        self._server = _Server(("127.0.0.1", 0), _handler_of(self))
+        self._server = _Server(("127.0.0.1", port), _handler_of(self))
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
 
     @property
@@ -165,6 +171,11 @@ def plan(request: Request, actions: Sequence[str], thought: str = "I go on.") ->
     """Return an answer with a plan, by JSON or by a call of the tool, as the request asks."""
     text = json.dumps({"thought": thought, "actions": list(actions)})
     return completion(request, None, tools=[("act", text)]) if "tools" in request else completion(request, text)
+
+
+def walk(request: Request, number: int) -> Response:  # noqa: ARG001 - a behaviour
+    """Return a plan that does not depend on what the request shows."""
+    return name_card(request) if is_sight_check(request) else plan(request, ["forward", "forward", "left"])
 
 
 class Expert:
@@ -286,3 +297,17 @@ def _handler_of(endpoint: FakeEndpoint) -> type[BaseHTTPRequestHandler]:
             """Say nothing."""
 
     return Handler
+
+
+def main() -> None:
+    """Serve an endpoint that walks without reading, until the command is interrupted."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--port", type=int, default=8000, help="port on this machine; 0 for a free one")
+    with FakeEndpoint(walk, parser.parse_args().port) as endpoint:
+        print(f"listening on {endpoint.url}", flush=True)
+        with suppress(KeyboardInterrupt):
+            threading.Event().wait()
+
+
+if __name__ == "__main__":
+    main()

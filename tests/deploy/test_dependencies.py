@@ -42,8 +42,8 @@ NOT_IMPORTED = {
 }
 """What is declared though no module imports it, with the reason."""
 
-TOOLS = {"dev", "learners"}
-"""Extras for the tests and examples of a clone, which no package imports."""
+TOOLS = {"dev", "docs", "learners"}
+"""Extras for the tests, examples and documentation of a clone, which no package imports."""
 
 
 @pytest.mark.parametrize("name", PROJECTS)

@@ -72,7 +72,11 @@ def public_names() -> Iterator[str]:
 
 def _full_name(module: ModuleType, name: str) -> str:
     found = getattr(module, name)
-    return f"{getattr(found, '__module__', None) or module.__name__}.{name}" if callable(found) else _constant(module, name)
+    return (
+        f"{getattr(found, '__module__', None) or module.__name__}.{name}"
+        if callable(found)
+        else _constant(module, name)
+    )
 
 
 def _constant(module: ModuleType, name: str) -> str:

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from google.protobuf import descriptor_pb2
-from website.page import Page
 
+from website.page import Page
 from website.staging import ROOT
 
 FILES = ("evaluation", "leaderboard", "types")
@@ -77,7 +77,9 @@ class _File:
     def _message(self, message: Descriptor, path: tuple[int, ...], name: str) -> Iterator[str]:
         yield f"## {name}\n"
         yield from self._comment(path)
-        entries = {f".{self.file.package}.{name}.{each.name}": each for each in message.nested_type if each.options.map_entry}
+        entries = {
+            f".{self.file.package}.{name}.{each.name}": each for each in message.nested_type if each.options.map_entry
+        }
         if message.field:
             yield "| field | type | meaning |\n| --- | --- | --- |"
         for at, field in enumerate(message.field):

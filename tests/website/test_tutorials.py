@@ -1,0 +1,69 @@
+"""The tutorials: their commands work, from the first to the last, and lead to what the page says."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.website import tutorial
+
+PAGES = sorted(path.stem for path in tutorial.TUTORIALS.glob("*.md") if path.stem != "index")
+
+
+def followed(name: str, folder: Path) -> str:
+    return tutorial.follow(tutorial.TUTORIALS / f"{name}.md", folder)
+
+
+def test_every_tutorial_has_a_test_and_a_line_in_the_list() -> None:
+    tests = {name.removeprefix("test_").replace("_", "-") for name in globals() if name.startswith("test_")}
+    assert set(PAGES) <= tests
+    listed = (tutorial.TUTORIALS / "index.md").read_text(encoding="utf-8")
+    assert [name for name in PAGES if f"]({name}.md)" not in listed] == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_tutorial_has_commands_and_says_where_to_go_next(name: str) -> None:
+    page = tutorial.TUTORIALS / f"{name}.md"
+    assert [step.kind for step in tutorial.steps(page)].count("run") >= 3
+    assert "\n## Next\n" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_play_an_agent(tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+    printed = followed("play-an-agent", tmp_path)
+    for title in ("random_walk on sample, en, 4 episodes", "vl on sample: gap between languages"):
+        assert title in printed
+    assert len(list((tmp_path / "arramon-results").glob("*.receipt.json"))) == 3
+
+
+@pytest.mark.slow
+def test_write_an_agent(tmp_path: Path) -> None:
+    printed = followed("write-an-agent", tmp_path)
+    assert " begins, in en\n" in printed
+    assert "my_agent on sample, hi, 2 episodes" in printed
+
+
+@pytest.mark.slow
+def test_language_model(tmp_path: Path) -> None:
+    pytest.importorskip("openai", reason="the extra `vlm` is not installed: scripts/setup")
+    printed = followed("language-model", tmp_path)
+    assert "agents.vlm: " in printed
+    (trace,) = (tmp_path / "arramon-results").glob("*.vlm.jsonl")
+    assert len([json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]) > 10
+
+
+@pytest.mark.slow
+def test_train_an_agent(tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
+    with tutorial.reader(tmp_path / "reader") as folder:
+        folder.mkdir()
+        printed = followed("train-an-agent", folder)
+        assert (folder / "arramon-weights" / "vl.safetensors").exists()
+    assert "vl on val_seen, hi, 1 episodes" in printed
+
+
+@pytest.mark.slow
+def test_host_a_leaderboard(tmp_path: Path) -> None:
+    printed = followed("host-a-leaderboard", tmp_path)
+    assert "random_walk" in printed.rpartition("verified")[0]
