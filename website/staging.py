@@ -33,29 +33,29 @@ EXTERNAL = re.compile(r"[a-z]+:|#|//")
 
 
 class Stage:
-    """A folder of pages for the generator.
+    """A folder of pages of one language for the generator.
 
     Args:
         pages: the folder, which is made.
+        hindi: whether its pages are the Hindi ones.
     """
 
-    def __init__(self, pages: Path) -> None:
+    def __init__(self, pages: Path, *, hindi: bool = False) -> None:
         self.pages = pages
+        self.hindi = hindi
         self._copied: set[Path] = set()
         pages.mkdir(parents=True)
 
     def add_docs(self) -> None:
-        """Copy the English pages, and those of the repository's root."""
+        """Copy the pages of the language; with the English ones those of the repository's root."""
         for path in files_of(DOCS):
-            if path.relative_to(DOCS).parts[0] != HINDI:
-                self.add(path, path.relative_to(DOCS))
-        for name in ROOT_PAGES:
+            name = path.relative_to(DOCS)
+            if self.hindi and name.parts[0] == HINDI:
+                self.add(path, name.relative_to(HINDI))
+            elif not self.hindi and name.parts[0] != HINDI:
+                self.add(path, name)
+        for name in () if self.hindi else ROOT_PAGES:
             self.add(ROOT / name, Path(name))
-
-    def add_hindi(self) -> None:
-        """Copy the Hindi pages."""
-        for path in files_of(DOCS / HINDI):
-            self.add(path, path.relative_to(DOCS / HINDI))
 
     def add(self, source: Path, name: Path) -> None:
         """Copy a file of the repository; in pages, links are changed to what the site has.
@@ -98,12 +98,10 @@ class Stage:
         if not path.is_relative_to(ROOT) or not path.exists():
             return None
         name = path.relative_to(ROOT)
-        if str(name) in FRONT:
-            return Path(FRONT[str(name)])
-        if str(name) in ROOT_PAGES:
-            return name
+        if str(name) in FRONT or str(name) in ROOT_PAGES:
+            return self._on_the_site(Path(FRONT.get(str(name), str(name))))
         if path.is_relative_to(DOCS):
-            return path.relative_to(DOCS)
+            return self._on_the_site(path.relative_to(DOCS))
         if path.is_dir():
             path = path / "README.md" if (path / "README.md").exists() else path / "__init__.py"
             name = path.relative_to(ROOT)
@@ -112,6 +110,16 @@ class Stage:
             self._copied.add(path)
             self.add(path, place)
         return place
+
+    def _on_the_site(self, name: Path) -> Path:
+        """Return where a page of either language is, seen from the root of this one's.
+
+        The two languages are made separately: a page of the other one is named by its address.
+        """
+        is_hindi = name.parts[0] == HINDI
+        if is_hindi == self.hindi:
+            return name.relative_to(HINDI) if is_hindi else name
+        return (Path() if is_hindi else Path("..")) / name.with_suffix(".html" if name.suffix == ".md" else name.suffix)
 
 
 def files_of(folder: Path) -> Iterator[Path]:

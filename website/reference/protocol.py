@@ -13,8 +13,8 @@ FILES = ("evaluation", "leaderboard", "types")
 SERVICE, MESSAGE, ENUM = 6, 4, 5
 """Field numbers of a file's services, messages and enumerations (`descriptor.proto`)."""
 
-METHOD, FIELD, NESTED, VALUE = 2, 2, 3, 2
-"""Field numbers of a service's methods, a message's fields and messages, and an enumeration's values."""
+METHOD, FIELD, NESTED, NESTED_ENUM, VALUE = 2, 2, 3, 4, 2
+"""Field numbers of a service's methods; a message's fields, messages and enumerations; an enumeration's values."""
 
 Descriptor = descriptor_pb2.DescriptorProto
 Type = descriptor_pb2.FieldDescriptorProto
@@ -67,12 +67,15 @@ class _File:
         for number, message in enumerate(self.file.message_type):
             yield from self._message(message, (MESSAGE, number), message.name)
         for number, enum in enumerate(self.file.enum_type):
-            yield f"## {enum.name}\n"
-            yield from self._comment((ENUM, number))
-            yield "| value | number | meaning |\n| --- | --- | --- |"
-            for at, value in enumerate(enum.value):
-                yield f"| `{value.name}` | {value.number} | {self._cell((ENUM, number, VALUE, at))} |"
-            yield ""
+            yield from self._enum(enum, (ENUM, number), enum.name)
+
+    def _enum(self, enum: descriptor_pb2.EnumDescriptorProto, path: tuple[int, ...], name: str) -> Iterator[str]:
+        yield f"## {name}\n"
+        yield from self._comment(path)
+        yield "| value | number | meaning |\n| --- | --- | --- |"
+        for at, value in enumerate(enum.value):
+            yield f"| `{value.name}` | {value.number} | {self._cell((*path, VALUE, at))} |"
+        yield ""
 
     def _message(self, message: Descriptor, path: tuple[int, ...], name: str) -> Iterator[str]:
         yield f"## {name}\n"
@@ -92,6 +95,8 @@ class _File:
         for at, nested in enumerate(message.nested_type):
             if not nested.options.map_entry:
                 yield from self._message(nested, (*path, NESTED, at), f"{name}.{nested.name}")
+        for at, enum in enumerate(message.enum_type):
+            yield from self._enum(enum, (*path, NESTED_ENUM, at), f"{name}.{enum.name}")
 
     def _comment(self, path: tuple[int, ...]) -> Iterator[str]:
         if text := self._text(path):
