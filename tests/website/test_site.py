@@ -156,18 +156,3 @@ def test_pages_ask_no_other_machine_and_fit(address: str, browser: Browser, sche
     assert len(asked) > len(PAGES)
     assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []
     assert errors == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("page", "word", "found"), [
-    ("index.html", "nDTW", "nDTW"),
-    ("index.html", "bank_seconds", "bank"),
-    ("hi/index.html", "लीडरबोर्ड", "लीडरबोर्ड"),
-])  # fmt: skip
-def test_search_finds(address: str, browser: Browser, page: str, word: str, found: str) -> None:
-    tab = browser.new_page()
-    tab.goto(address + page)
-    tab.keyboard.press("Control+k")
-    tab.keyboard.type(word)
-    tab.get_by_role("link").filter(has_text=found).filter(visible=True).first.wait_for(timeout=30_000)
-    tab.close()
