@@ -156,3 +156,15 @@ def test_pages_ask_no_other_machine_and_fit(address: str, browser: Browser, sche
     assert len(asked) > len(PAGES)
     assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []
     assert errors == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("page", "word"), [("index.html", "nDTW"), ("hi/index.html", "लीडरबोर्ड")])
+def test_search_finds(address: str, browser: Browser, page: str, word: str) -> None:
+    tab = browser.new_page()
+    tab.goto(address + page)
+    tab.wait_for_load_state("networkidle")
+    tab.keyboard.press("Control+k")
+    tab.keyboard.type(word)
+    tab.get_by_text(re.compile(r"^[1-9]\d* \S+$")).first.wait_for()
+    tab.close()
