@@ -57,10 +57,20 @@ class ThingMention:
     end: int = 0
 
 
+ENGLISH_SIDES = (
+    ("लेफ़्ट (?:साइड में|साइड|की तरफ़)", "बाईं ओर"), ("राइट (?:साइड में|साइड|की तरफ़)", "दाईं ओर"),
+    ("लेफ़्ट में", "बाएँ"), ("राइट में", "दाएँ"), ("लेफ़्ट वाल", "बाईं ओर वाल"), ("राइट वाल", "दाईं ओर वाल"),
+    ("लेफ़्ट", "बाएँ"), ("राइट", "दाएँ"),
+)  # fmt: skip
+"""English words for sides in Hindi texts, with Hindi ones."""
+
+
 def plain(text: str, code: str) -> str:
     """Return a text in lower case, without punctuation and with single spaces, as `mentions` expects it."""
     text = re.sub(r"[.,;।]", " ", text.lower())
     text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
+    for pattern, words in ENGLISH_SIDES if code == "hi" else ():
+        text = re.sub(pattern, words, text)
     return re.sub(STRIPED, WHITE[code], text)
 
 

@@ -50,11 +50,14 @@ TOLD_SIDE = {
 AFTER_THING = re.compile(r"(?: (?:with|showing) (?:an? )?\S+)?(?: is| keeping it)? ?")
 """Words allowed between a noun and the side of its thing, in English."""
 
+AHEAD = r" (?:आएगा|आएगी|मिलेगा|मिलेगी|पड़ेगा|पड़ेगी|दिखेगा|दिखेगी|है) (?:उससे|उसके|उसे पीछे|उसकी|उसी|वहाँ तक)"
+"""Words after a thing at the side that one will pass or reach, in Hindi: बाईं ओर बेंच आएगी, उससे आगे."""
+
 BACK = {
     "en": r"\b(?:turn\w*|spin\w*|about|pivot\w*) (?:yourself )?(?:around|turn)\b|(?:other|opposite) (?:way|direction)"
     r"|revers\w+ direction",
     "hi": r"(?:पीछे(?: की ओर| की तरफ़)?|पूरा पीछे|उल्टी दिशा में|उल्टी तरफ़) (?:मुड़|घूम|पलट)|पलटकर|उल्टे मुड़|यू टर्न"
-    r"|मुँह (?:पीछे|उल्टी)",
+    r"|मुँह (?:पीछे|उल्टी)|वापस (?:मुड़|घूम)|(?<!के )(?<!ठीक )पीछे (?:\S+ ){1,6}की (?:ओर|तरफ़) (?:मुड़|घूम|मुँह)",
 }
 """Phrases for turning around."""
 
@@ -148,6 +151,9 @@ def _thing_of(text: str, code: str, named_things: Sequence[ThingMention], match:
         following = [mention for mention in named_things if mention.end > match.end()]
         if joined and following and following[0].start <= match.end() + joined.end() + IN_NOUN:
             found = following[0]
+        elif following and re.match(AHEAD, text[following[0].end :]) and not joined:
+            is_turn = re.match(r" (?:मुड़|घूम)", rest) is not None
+            found = None if is_turn or following[0].start > match.end() + IN_NOUN else following[0]
         elif before and (re.match(r" (?:रख|छोड़|न आ|आने)", rest) or (" जो " in lead and re.match(r" है", rest))):
             found = before[-1]
     return None if found is None or found.kind in STREETS else found
