@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import arramon_lang as lang
+from arramon_client.world import PREVIEW_LANGUAGES
 from arramon_lang.language import ROOT, available, identify, load
 
 
@@ -34,7 +35,7 @@ def test_languages_are_available() -> None:
 
 def test_every_episode_has_english_and_hindi_and_telugu_is_a_preview() -> None:
     assert lang.required() == ("en", "hi")
-    assert [code for code in available() if load(code).preview] == ["te"]
+    assert [code for code in available() if load(code).preview] == ["te"] == [*PREVIEW_LANGUAGES]
 
 
 def test_all_languages_have_the_same_files() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from arramon_client.world import PREVIEW_LANGUAGES
 from arramon_server.board.standings import Mark
 from arramon_server.runs.storage import causes
 from arramon_server.scoring.episode_scores import METRICS
@@ -117,3 +118,9 @@ def test_language_is_added_by_one_texts_file(tmp_path: Path) -> None:
     file.write_text((WEB / "texts" / "en.toml").read_text().replace('decimal_mark = "."', 'decimal_mark = ","'))
     tamil = page_texts.read_texts(file)
     assert (tamil.language, tamil.score(0.5)) == ("ta", "0,500")
+
+
+@pytest.mark.parametrize(("texts", "mark"), [(EN, "preview"), (HI, "परीक्षण")])
+def test_a_language_that_no_native_speaker_has_reviewed_is_marked(texts: page_texts.PageTexts, mark: str) -> None:
+    names = {code: texts.named("languages", code) for code in ("en", "hi", *PREVIEW_LANGUAGES)}
+    assert {code for code, name in names.items() if mark in name} == {*PREVIEW_LANGUAGES}

@@ -72,7 +72,8 @@ def parser() -> argparse.ArgumentParser:
         default=(),
         dest="languages",
         metavar="L",
-        help="language of the instructions: en, hi, ...; en,hi plays a run in each (required unless --resume)",
+        help="language of the instructions: en, hi, or te, a preview that no native speaker has reviewed; en,hi plays "
+        "a run in each (required unless --resume)",
     )
     add("--split", metavar="S", help="split to play (default: the server's only split with that language)")
     add("--server", metavar="ADDR", help="host:port or unix:/path (default: start an embedded server)")

@@ -74,6 +74,9 @@ SENSORS = (*IMAGE_SENSORS, "pose", "oracle")
 DEFAULT_SENSORS = ("rgb", "depth")
 """Sensors of a run that requests none by name: those of the paper's agents, the only ones of hidden splits."""
 
+PREVIEW_LANGUAGES = ("te",)
+"""Codes of the project's languages that are published for trial: no native speaker has reviewed them."""
+
 # Notes
 
 NOTE_BYTES = 2048

@@ -27,6 +27,7 @@ from arramon_client.printable import many_lines
 from arramon_client.transport.access import Access, access_of
 from arramon_client.transport.connection import Server, connect, raise_unreachable
 from arramon_client.transport.retry import PATIENCE, Retry, call_until_answered
+from arramon_client.world import PREVIEW_LANGUAGES
 
 
 @dataclass
@@ -155,6 +156,8 @@ class PlayCommand:
             self.options.split = self.options.split or run.split  # Further languages are played on the same.
         for language in requested if len(resumed) < len(requested) else ():
             run_settings.choose_split(server.info, language, self.options.split, requested)
+        for language in sorted({*requested} & {*PREVIEW_LANGUAGES}):
+            self.say(f"the language {language!r} is a preview: no native speaker has reviewed its instructions")
         begun = [run.language for run in resumed]
         return (*(each for each in requested if each in begun), *(each for each in requested if each not in begun))
 
