@@ -89,19 +89,19 @@ def test_the_writer_is_told_that_the_line_turned() -> None:
 )
 def test_single_turns_add_up_to_a_curve(turns: Sequence[int], bends: list[int]) -> None:
     pose, path, actions = EPISODE.start, [(EPISODE.start.x, EPISODE.start.z)], list[Action]()
-    for before, turn in zip((0, *turns), turns, strict=False):
-        actions += [Action.RIGHT if turn > before else Action.LEFT] * abs(turn - before) + [Action.FORWARD]
+    for last, turn in zip((0, *turns), turns, strict=False):
+        actions += [Action.RIGHT if turn > last else Action.LEFT] * abs(turn - last) + [Action.FORWARD]
         pose = replace(EPISODE.start, x=pose.x, z=pose.z, heading=(EPISODE.start.heading + 30 * turn) % 360).ahead(1.0)
         path.append((pose.x, pose.z))
     first = replace(EPISODE.turns[0], path=tuple(path), actions=tuple(actions))
     curved = replace(EPISODE, turns=(first, EPISODE.turns[1]))
-    position, found = begin(curved), []
+    position, found = begin(curved), list[tuple[int, int]]()
     while position.place < len(turns):
         before = position
         position, _ = moved(before, F, curved)
         if before.place != position.place or before.turned != position.turned:
             found.append((before.place, bend(before, F, position, curved)))
-    assert [max((one for at, one in found if at == place), key=abs) for place in range(len(turns))] == bends
+    assert [max((degrees for at, degrees in found if at == place), key=abs) for place in range(len(turns))] == bends
 
 
 @pytest.mark.parametrize(("position", "shown"), [("0.1.3.2.0.0", "1.0.0.2.0.0"), ("1.0.3.1.2.1", "0.2.0.2.0.1")])
