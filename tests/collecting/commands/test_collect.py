@@ -75,6 +75,24 @@ def test_the_settings_are_those_of_the_file(data: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(
+    ("settings", "is_said"),
+    [
+        ("", False),
+        ("consent = 'Mine.'", True),
+        ("consent = 'Mine.'\nconsent_in = {hi = 'मेरा।'}", False),
+        ("consent = 'Mine.'\npage_languages = ['en']", False),
+    ],
+)
+def test_a_missing_consent_text_is_said(
+    data: Path, tmp_path: Path, settings: str, is_said: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "own.toml").write_text(settings)
+    words = ["--split", "tiny", "--lang", "hi", "--settings", str(tmp_path / "own.toml")]
+    assert main(["collect", "create", "street", *words]) == 0
+    assert ("there is no consent text in hi: these pages show the English one" in capsys.readouterr().err) is is_said
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         (["street", "--split", "nowhere", "--lang", "en"], "there is no split 'nowhere' in "),
@@ -101,6 +119,8 @@ def test_wrong_collections_are_refused(
         ("currency = 'dollars'", "currency is 'dollars': string should match"),
         ("milestones = {0 = 5}", "a milestone is at less than 1 text"),
         ("smtp = {password = 'x'}", "there is no setting 'smtp.password'"),
+        ("licence_address = 'javascript:1'", "licence_address is 'javascript:1': string should match"),
+        ("consent_in = {hi = ''}", "consent_in.hi is ''"),
         ("verifiers = ", "is not TOML"),
     ],
 )
