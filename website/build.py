@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from website.generated import Page, generated_pages
+from website.machine.files import files
 from website.staging import HINDI, ROOT, Stage
 
 HERE = Path(__file__).resolve().parent
@@ -43,6 +44,9 @@ def build(site: Path) -> None:
         english = Stage(work / "en" / "pages")
         english.add_docs()
         _add(english, pages)
+        for name, text in files().items():
+            (english.pages / name).parent.mkdir(exist_ok=True)
+            (english.pages / name).write_text(text, encoding="utf-8")
         made = _generate(work / "en", _english(pages))
         hindi = Stage(work / HINDI / "pages", hindi=True)
         hindi.add_docs()

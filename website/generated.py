@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from website.machine import files
 from website.page import Page
 from website.reference import api, commands, protocol
 
@@ -10,4 +11,4 @@ __all__ = ["Page", "generated_pages"]
 
 def generated_pages() -> Sequence[Page]:
     """Return all generated pages, in the order of the navigation."""
-    return (*api.pages(), *commands.pages(), *protocol.pages())
+    return (*api.pages(), *commands.pages(), *protocol.pages(), *files.pages())
