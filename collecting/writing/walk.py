@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import pairwise, takewhile
 
 from arramon_client.world import HEADINGS, PHASES, TURN, TURNS, Action, bearing
 from arramon_server.episodes.episode import Episode
@@ -148,8 +149,9 @@ def moved(position: Position, move: Move, episode: Episode) -> tuple[Position, O
 def bend(before: Position, move: Move, after: Position, episode: Episode) -> int:
     """Return how far the line turned the writer in a move along it, in degrees in (-180, 180], clockwise positive.
 
-    0 if the move did not turn the writer with the line. Turns within the last CURVE_PLACES places are added up, if
-    they are a curve: the line also zigzags by single turns, which lead nowhere else.
+    0 if the move did not turn the writer with the line. Single turns within the last CURVE_PLACES places are added up,
+    if they are a curve: the line also zigzags by single turns, which lead nowhere else. A sharper turn before them was
+    told by itself.
     """
     if move not in (Move.FORWARD, Move.BACK) or before.is_indoors or after.turned == before.turned:
         return 0
@@ -157,9 +159,11 @@ def bend(before: Position, move: Move, after: Position, episode: Episode) -> int
         return _degrees(after.turned - before.turned)
     line = lines(episode)[before.turn - 1]
     came = (line.arrival, *line.headings)[: before.place + 1]
-    left = line.headings[before.place]
-    here, curve = _degrees(left - came[-1]), _degrees(left - came[-CURVE_PLACES:][0])
-    return curve if here and abs(curve) > abs(here) else here
+    headings = (*came[-CURVE_PLACES:], line.headings[before.place])
+    *earlier, here = (_degrees(second - first) for first, second in pairwise(headings))
+    single = list(takewhile(lambda degrees: abs(degrees) <= TURN, reversed(earlier)))
+    curve = here + sum(single)
+    return curve if curve * here > 0 and abs(curve) > abs(here) else here
 
 
 def read_position(text: str, episode: Episode) -> Position:

@@ -85,6 +85,9 @@ def test_the_writer_is_told_that_the_line_turned() -> None:
         ((0, 1, 2, 3), [0, 30, 60, 90]),  # a curve
         ((0, -1, -2, -3, -4), [0, -30, -60, -90, -90]),
         ((0, 6), [0, 180]),
+        ((0, 3, 2), [0, 90, -30]),  # back a little after a corner
+        ((0, 3, 4, 5), [0, 90, 30, 60]),  # a curve after a corner, which was told
+        ((0, 0, 1, 3), [0, 0, 30, 90]),
     ],
 )
 def test_single_turns_add_up_to_a_curve(turns: Sequence[int], bends: list[int]) -> None:
