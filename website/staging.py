@@ -54,8 +54,8 @@ class Stage:
                 self.add(path, name.relative_to(HINDI))
             elif not self.hindi and name.parts[0] != HINDI:
                 self.add(path, name)
-        for name in () if self.hindi else ROOT_PAGES:
-            self.add(ROOT / name, Path(name))
+        for page in () if self.hindi else ROOT_PAGES:
+            self.add(ROOT / page, Path(page))
 
     def add(self, source: Path, name: Path) -> None:
         """Copy a file of the repository; in pages, links are changed to what the site has.

@@ -1,5 +1,6 @@
 """Drawings: the task, its scores, and the parts of the project. Each is an SVG that follows light and dark."""
 
+import math
 from collections.abc import Mapping, Sequence
 from xml.sax.saxutils import escape
 
@@ -100,6 +101,10 @@ def _units(points: Sequence[Point], x: float, y: float, scale: float) -> list[Po
     return [(x + scale * px, y - scale * py) for px, py in points]
 
 
+def _nearest(at: Point, points: Sequence[Point]) -> Point:
+    return min(points, key=lambda point: math.dist(point, at))
+
+
 def ndtw_drawing() -> str:
     """Return a drawing of nDTW: three paths beside one reference, with their scores."""
     reference = [(0.0, float(i)) for i in range(8)] + [(float(i), 7.0) for i in range(1, 8)]
@@ -112,8 +117,7 @@ def ndtw_drawing() -> str:
     for index, (name, path) in enumerate(paths.items()):
         x = 50 + 250 * index
         drawn, true = _units(path, x, 250, 18), _units(reference, x, 250, 18)
-        ties = [_line([at, min(true, key=lambda p, at=at: (p[0] - at[0]) ** 2 + (p[1] - at[1]) ** 2)], "soft", tip=False, width=0.8)
-                for at in drawn[::2]]  # fmt: skip
+        ties = [_line([at, _nearest(at, true)], "soft", tip=False, width=0.8) for at in drawn[::2]]
         parts += [
             *ties, _line(true, "third", dash="6 4"), _line(drawn, "first"), _dot(*true[0], "ink", 4),
             _text(x - 10, 280, f"{name}: {ndtw(path, reference):.2f}"),
