@@ -78,18 +78,21 @@ class Writer:
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
         drafts: list[str] = []
-        text = ""
+        text, fewest = "", math.inf
         wanted = random.choice(DRAFT_COUNTS[phase]) if self._preferences is None else PREFERRED_DRAFTS[phase]
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
             try:
-                text = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
+                written = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             except _Misleading:
                 continue
-            words = [strip_marks(word.casefold()) for word in text.split()]
-            clumsy = _is_clumsy(words) or any(re.search(pattern, text) for pattern in self._grammar.clumsy)
-            if len(words) >= MIN_WORDS and not clumsy:
-                drafts.append(text)
+            words = [strip_marks(word.casefold()) for word in written.split()]
+            faults = sum(re.search(pattern, written) is not None for pattern in self._grammar.clumsy)
+            faults += _is_clumsy(words) + (len(words) < MIN_WORDS)
+            if faults == 0:
+                drafts.append(written)
+            if faults < fewest:
+                text, fewest = written, faults
             if len(drafts) == wanted:
                 break
         if not text:
