@@ -53,7 +53,9 @@ class Config:
     """
 
     data: Path = setting(Path("arramon-data"), "folder with the episodes and, unless `journal` is set, the journal")
-    listen: str = setting(LISTEN, "address to serve on; port 0 chooses a free port", form=FORM, check=is_address)
+    listen: str = setting(
+        LISTEN, "address to serve on; port 0 chooses a free port", form=FORM, check=is_address, of_public_server=True
+    )
     journal: str = setting(
         "",
         "database URL; empty for SQLite in the data folder",
@@ -118,6 +120,7 @@ class Config:
         None,
         "whether clients without a token may play; not set: only if `listen` is a Unix socket or a loopback address, "
         "and `trust_proxy` is off",
+        of_public_server=True,
     )
     runs_per_day: PerSplit = setting(
         PerSplit(),
@@ -126,6 +129,7 @@ class Config:
         unit="runs",
         least=0,
         most=MAX_LIMIT,
+        of_public_server=True,
     )
     runs_in_all: PerSplit = setting(
         PerSplit(),
@@ -133,6 +137,7 @@ class Config:
         unit="runs",
         least=0,
         most=MAX_LIMIT,
+        of_public_server=True,
     )
     runs_at_once: PerSplit = setting(
         PerSplit(),
@@ -141,6 +146,7 @@ class Config:
         unit="runs",
         least=0,
         most=MAX_LIMIT,
+        of_public_server=True,
     )
     streams_at_once: PerSplit = setting(
         PerSplit(),
@@ -149,16 +155,27 @@ class Config:
         unit="streams",
         least=0,
         most=MAX_LIMIT,
+        of_public_server=True,
     )
-    tls_certificate: Path | None = setting(None, "PEM file with the certificate chain; not set: no encryption")
-    tls_key: Path | None = setting(None, "PEM file with the certificate's private key")
+    tls_certificate: Path | None = setting(
+        None, "PEM file with the certificate chain; not set: no encryption", of_public_server=True
+    )
+    tls_key: Path | None = setting(None, "PEM file with the certificate's private key", of_public_server=True)
     trust_proxy: bool = setting(
-        False, "whether tokens are accepted over unencrypted connections, because a proxy in front encrypts them"
+        False,
+        "whether tokens are accepted over unencrypted connections, because a proxy in front encrypts them",
+        of_public_server=True,
     )
     signing_key: Path | None = setting(
         None, "PEM file with the Ed25519 key that signs receipts; not set: one in the data folder, made on first use"
     )
-    web: str = setting("", "address of the pages and probes; empty for none", form=TCP_FORM, check=is_tcp_address)
+    web: str = setting(
+        "",
+        "address of the pages and probes; empty for none",
+        form=TCP_FORM,
+        check=is_tcp_address,
+        of_public_server=True,
+    )
     play_page: bool = setting(True, "whether people may play on the pages, with or without a token as `anonymous` says")
     play_image_sizes: tuple[int, ...] = setting(
         (448, 224),
@@ -191,6 +208,7 @@ class Config:
         "otherwise none",
         form=TCP_FORM,
         check=is_tcp_address,
+        of_public_server=True,
     )
     host_name: str = setting("", "name of the host, which the pages show", form=LINE, check=is_line)
     host_contact: str = setting(
@@ -222,6 +240,9 @@ class Config:
     log: str = setting("warning", "lowest level that is logged", choices=("debug", "info", "warning", "error"))
     log_format: str = setting(
         "text", "format of the log: a line of text or a JSON object for each event", choices=("text", "json")
+    )
+    embedded: bool = setting(
+        False, "whether a client runs the server for itself alone; see `of_public_server`", internal=True
     )
     shared_port: bool = setting(False, "whether other processes may listen on the same ports", internal=True)
     own_address: str = setting(

@@ -33,6 +33,8 @@ class SettingDescription:
         check: returns whether a text has that form.
         secret: whether it may contain a password, which is masked when shown.
         internal: whether only the server's own processes use it, as a flag; it is in no file, variable or table.
+        of_public_server: whether it says where a server is reached, and by whom and how often. A server that a client
+            embeds takes it from flags only: its file and variables may be those of a public server.
     """
 
     meaning: str
@@ -44,6 +46,7 @@ class SettingDescription:
     check: Callable[[str], bool] | None = None
     secret: bool = False
     internal: bool = False
+    of_public_server: bool = False
 
 
 def setting(default: T, meaning: str, **description: Any) -> T:

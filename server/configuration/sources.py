@@ -107,9 +107,12 @@ def load_configuration(arguments: Mapping[str, Any], environ: Mapping[str, str])
         BadInput: if a setting does not exist, is out of range, or contradicts another; the message names its source.
     """
     file = settings_file(arguments, environ)
+    flags = list(_of_flags(arguments))
+    is_embedded = any((name, text) == ("embedded", "true") for name, text, _ in flags)
     given: dict[str, tuple[str, str]] = {}
-    for source in (_of_file(file) if file else (), _of_environment(environ), _of_flags(arguments)):
-        given.update({name: (text, origin) for name, text, origin in source})
+    for source in (_of_file(file) if file else (), _of_environment(environ)):
+        given.update({name: (text, origin) for name, text, origin in source if not (is_embedded and _is_public(name))})
+    given.update({name: (text, origin) for name, text, origin in flags})
     values = {name: SETTINGS[name].parse(text, origin) for name, (text, origin) in given.items()}
     origins = {name: origin for name, (_, origin) in given.items()}
     try:
@@ -186,6 +189,11 @@ def _of_environment(environ: Mapping[str, str]) -> Iterator[tuple[str, str, str]
         elif not _KUBERNETES_VARIABLE.fullmatch(variable):
             meant = f"; did you mean ${SETTINGS[name].variable}?" if name in SETTINGS else _suggestion(name)
             raise BadInput(f"${variable}: there is no setting {name!r}{meant}")
+
+
+def _is_public(name: str) -> bool:
+    """Return whether a setting is that of a public server."""
+    return SETTINGS[name].description.of_public_server
 
 
 def _of_flags(arguments: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:

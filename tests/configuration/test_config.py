@@ -99,6 +99,25 @@ def refusal(*arguments: str, file: Path | None = None, **variables: Any) -> str:
     return str(caught.value)
 
 
+PUBLIC = (
+    "listen", "anonymous", "runs_per_day", "runs_in_all", "runs_at_once", "streams_at_once", "tls_certificate",
+    "tls_key", "trust_proxy", "web", "metrics",
+)  # fmt: skip
+"""Settings that an embedded server takes from flags only."""
+
+
+def test_an_embedded_server_takes_no_address_and_no_limit_of_a_public_one(tmp_path: Path) -> None:
+    file = tmp_path / "arramon.toml"
+    file.write_text('web = "0.0.0.0:80"\nlisten = "0.0.0.0:50551"\nanonymous = false\nruns_per_day = 1\nsteps = 7\n')
+    variables = {f"ARRAMON_{name.upper()}": EVERYTHING[name][0] for name in PUBLIC} | {"ARRAMON_LOG": "debug"}
+    found = load("--embedded", "--listen", "unix:/run/a", "--metrics", "127.0.0.1:1", file=file, **variables)
+    assert replace(found.config, embedded=False) == replace(
+        Config(), listen="unix:/run/a", metrics="127.0.0.1:1", steps=7, log="debug"
+    )
+    assert {name for name, setting in SETTINGS.items() if setting.description.of_public_server} == set(PUBLIC)
+    assert load(file=file).config.web == "0.0.0.0:80"
+
+
 def test_every_setting_has_a_non_default_test_value() -> None:
     assert set(EVERYTHING) == {name for name, setting in SETTINGS.items() if not setting.description.internal}
     assert all(value != SETTINGS[name].default for name, (_, value) in EVERYTHING.items())

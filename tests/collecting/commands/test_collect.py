@@ -2,6 +2,7 @@
 
 import csv
 import json
+import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -178,11 +179,15 @@ def test_from_people_to_a_split(data: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_agents_play_an_export_at_once(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also beside the running server of the same settings file, whose addresses are taken."""
     created(capsys)
     collect(data, ["0", "2"])
     assert main(["collect", "export", "street"]) == 0
     words = ["--agent", "agents.random_walk", "--split", "street", "--lang", "en", "--data", data]
-    played = forked.run(*words, "--output", tmp_path / "results", command=client)
+    with socket.create_server(("127.0.0.1", 0)) as calls, socket.create_server(("127.0.0.1", 0)) as pages:
+        settings = (tmp_path / "arramon.toml").read_text().replace("8080", str(pages.getsockname()[1]))
+        (tmp_path / "arramon.toml").write_text(f'listen = "127.0.0.1:{calls.getsockname()[1]}"\n{settings}')
+        played = forked.run(*words, "--output", tmp_path / "results", command=client)
     assert played.returncode == 0, played.stderr
     (result,) = (path for path in (tmp_path / "results").iterdir() if "receipt" not in path.name)
     episodes = json.loads(result.read_text())["episodes"]

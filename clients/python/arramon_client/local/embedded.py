@@ -108,7 +108,9 @@ class EmbeddedServer:
         self._log = folder / "server.log"
         # `-P` keeps the working directory off the module path: a participant's own `queue.py` is not the library's.
         program = [sys.executable, "-P", "-m", "arramon_client.local.lifeline", module]
-        self._command = [*program, "serve", "--listen", self.address, "--data", str(data.absolute()), *options]
+        # Its settings file and variables may be those of a public server, whose addresses and limits are not for it.
+        own = ["--embedded"] if module == SERVER else []
+        self._command = [*program, "serve", "--listen", self.address, "--data", str(data.absolute()), *own, *options]
         self._process: subprocess.Popen[str] | None = None
         self._ready, self._noticed = threading.Event(), threading.Event()
 
