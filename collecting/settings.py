@@ -228,6 +228,19 @@ def decimal_amount(amount_minor: int, digits: int) -> str:
     return f"{sign}{whole}.{rest:0{digits}d}" if digits else f"{sign}{whole}"
 
 
+_AMOUNT = "a whole number of the currency's smallest unit from 0 to 100000000, such as 50 for 0.50 USD"
+
+_EXPECTED: Mapping[str, str] = {
+    "pay_write": _AMOUNT,
+    "pay_verify": _AMOUNT,
+    "pay_kept": _AMOUNT,
+    "currency": "three capital letters, such as USD or INR",
+    "consent": "one text of at most 20000 characters; the same text in other languages is `consent_in`, by their codes",
+    "consent_in": 'texts of at most 20000 characters by code of their language, such as consent_in.hi = "..."',
+}
+"""What is expected of settings whose errors a library would not put into words that a host knows."""
+
+
 def read_settings(given: Mapping[str, Any], origin: str) -> Settings:
     """Return the settings in a table.
 
@@ -246,35 +259,49 @@ def read_settings(given: Mapping[str, Any], origin: str) -> Settings:
         if first["type"] == "extra_forbidden":
             known = ", ".join(Settings.model_fields)
             raise BadInput(f"{origin}: there is no setting {name!r} of a collection; there are {known}") from None
+        if (expected := _EXPECTED.get(str(first["loc"][0])) if first["loc"] else None) is not None:
+            raise BadInput(f"{origin}: {name} is {first['input']!r}, expected {expected}") from None
         message = str(first["msg"]).removeprefix("Value error, ")
         raise BadInput(f"{origin}: {name} is {first['input']!r}: {message[:1].lower()}{message[1:]}") from None
 
 
-def settings_in_file(path: Path, name: str | None = None) -> Settings:
-    """Return the settings in a TOML file.
-
-    Args:
-        path: the file.
-        name: name of the collection, whose settings are the table `[collections.NAME]` of a server's settings file;
-            defaults if it has none. None: the whole file is the table.
+def settings_in_file(path: Path) -> Settings:
+    """Return the settings in a TOML file of their own.
 
     Raises:
         BadFile: if it cannot be read, or is not TOML.
         BadInput: if a setting is wrong.
     """
+    return read_settings(_read_toml(path), str(path))
+
+
+def settings_in_table(path: Path, name: str) -> tuple[Settings | None, tuple[str, ...]]:
+    """Return the settings in the table `[collections.NAME]` of a server's settings file, and the names of all such.
+
+    Args:
+        path: the file.
+        name: name of the collection; its settings are None if the file has no table of it.
+
+    Raises:
+        BadFile, BadInput: as for `settings_in_file`.
+    """
+    tables = _read_toml(path).get(TABLE, {})
+    if not isinstance(tables, dict):
+        raise BadFile(path, f"is {tables!r}, expected a table", field=TABLE)
+    given = tables.get(name)
+    if given is not None and not isinstance(given, dict):
+        raise BadFile(path, f"is {given!r}, expected a table", field=f"{TABLE}.{name}")
+    return (None if given is None else read_settings(given, f"{path}: [{TABLE}.{name}]")), tuple(tables)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
     try:
-        content = tomllib.loads(path.read_text("utf-8"))
+        content: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
         raise BadFile(path, f"cannot be read: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise BadFile(path, f"is not TOML: {error}") from error
-    if name is None:
-        return read_settings(content, str(path))
-    tables = content.get(TABLE, {})
-    given = tables.get(name, {}) if isinstance(tables, dict) else tables
-    if not isinstance(given, dict):
-        raise BadFile(path, f"is {given!r}, expected a table", field=f"{TABLE}.{name}")
-    return read_settings(given, f"{path}: [{TABLE}.{name}]")
+    return content
 
 
 def smtp_password(smtp: SmtpSettings) -> str:

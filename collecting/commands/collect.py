@@ -27,6 +27,8 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     ):
         action = _named(actions, common, name, meaning)
         action.set_defaults(command=_run, action="hosting.set_state", state=state)
+    delete = _named(actions, common, "delete", "delete a collection in which nobody has signed in yet")
+    delete.set_defaults(command=_run, action="hosting.delete")
     _add_results(actions, common)
     _add_forget(actions, common)
     _add_tools(actions, common)
@@ -55,7 +57,7 @@ def _add_create(actions: Commands, common: argparse.ArgumentParser) -> None:
     create.add_argument(
         "--episodes", type=int, metavar="N", help="number of episodes, in playing order (default: as set, or all)"
     )
-    create.set_defaults(command=_run, action="hosting.create")
+    create.set_defaults(command=_run, action="creation.create")
 
 
 def _add_invite(actions: Commands, common: argparse.ArgumentParser) -> None:
@@ -83,8 +85,15 @@ def _add_status(actions: Commands, common: argparse.ArgumentParser) -> None:
 
 
 def _add_results(actions: Commands, common: argparse.ArgumentParser) -> None:
-    export = _named(actions, common, "export", "write the kept texts as a split, and in the official release's form")
-    export.add_argument("--split", metavar="S", help="name of the new split (default: the collection's name)")
+    export = actions.add_parser(
+        "export", parents=[common], help="write the kept texts as a split, and in the official release's form"
+    )
+    export.add_argument(
+        "names", metavar="NAME", nargs="+", help="name of the collection; several of one split, each in its language"
+    )
+    export.add_argument(
+        "--split", metavar="S", help="name of the new split (default: the collection's name; needed for several)"
+    )
     export.set_defaults(command=_run, action="results.export")
 
     ledger = _named(actions, common, "ledger", "print what is owed to whom as CSV")
@@ -108,7 +117,7 @@ def _add_results(actions: Commands, common: argparse.ArgumentParser) -> None:
 
 def _add_forget(actions: Commands, common: argparse.ArgumentParser) -> None:
     forget = _named(actions, common, "forget", "delete a worker's data; the texts stay or not, as the worker chose")
-    forget.add_argument("worker", metavar="WORKER", help="the worker's pseudonym")
+    forget.add_argument("worker", metavar="WORKER", help="the worker's pseudonym, or the beginning of it")
     texts = forget.add_mutually_exclusive_group()
     texts.add_argument("--keep-texts", action="store_true", default=None, help="keep the texts, as the worker asks now")
     texts.add_argument("--delete-texts", action="store_false", dest="keep_texts", help="delete the texts, too")

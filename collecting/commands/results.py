@@ -6,7 +6,8 @@ import sys
 from collections.abc import Iterable, Sequence
 
 from arramon_collecting.commands.base_split import read_base_split
-from arramon_collecting.export.exporter import export_collection
+from arramon_collecting.commands.named_collection import find_collection
+from arramon_collecting.export.exporter import export_collections
 from arramon_collecting.settings import decimal_amount
 from arramon_collecting.storage.store import Store
 from arramon_server.commands.journal import open_journal
@@ -22,33 +23,33 @@ VISIT_COLUMNS = (
 
 
 def export(arguments: argparse.Namespace) -> None:
-    """Write the kept texts of a collection as a split, and in the official release's form."""
+    """Write the kept texts of collections as a split, and in the official release's form."""
     config: Config = arguments.settings
-    name = arguments.split or arguments.name
+    if arguments.split is None and len(arguments.names) > 1:
+        raise BadInput("expected the name of the split for several collections: collect export A B --split NAME")
+    name = arguments.split or arguments.names[0]
     if not name or "/" in name or name.startswith("."):
         raise BadInput(f"the split's name is {name!r}, expected the name of a folder")
     with open_journal(config, read_only=True) as database:
         store = Store(database)
-        collection = store.collections.get(arguments.name)
-        base = read_base_split(config.data, collection.split)
-        made = export_collection(store, collection, base, config.data, name)
+        collections = [find_collection(store, one) for one in arguments.names]
+        base = read_base_split(config.data, collections[0].split)
+        made = export_collections(store, collections, base, config.data, name)
     print(describe_split(made.split))
     print(made.folder / "collection.json")
-    if made.release is not None:
-        print(made.release)
-    else:
+    print(*made.releases, sep="\n", end="\n" if made.releases else "")
+    if not made.releases:
         print("no file in the release's form: the episodes' ids are no numbers", file=sys.stderr)
     print(f"left out: {made.left_out} texts that were not kept", file=sys.stderr)
-    print(
-        f"beside the paper's figures: arramon-server stats --split {name} --lang {collection.language}", file=sys.stderr
-    )
+    for one in collections:
+        print(f"beside the paper's figures: arramon-server stats --split {name} --lang {one.language}", file=sys.stderr)
 
 
 def ledger(arguments: argparse.Namespace) -> None:
     """Print the ledger as CSV."""
     with open_journal(arguments.settings, read_only=True) as database:
         store = Store(database)
-        collection = store.collections.get(arguments.name)
+        collection = find_collection(store, arguments.name)
         external = {worker.worker_id: worker.external_id or "" for worker in store.workers.all(collection.name)}
         digits = collection.settings.currency_digits
         rows = [
@@ -70,7 +71,7 @@ def reconcile(arguments: argparse.Namespace) -> None:
     """Return the tasks of workers who gave up on the platform, and print all visits as CSV."""
     with open_journal(arguments.settings) as database:
         store = Store(database)
-        collection = store.collections.get(arguments.name)
+        collection = find_collection(store, arguments.name)
         for external_id in arguments.returned:
             worker = store.visits.mark_returned(collection.name, external_id)
             if (task := store.tasks.open_of(worker.worker_id)) is not None:

@@ -1,6 +1,8 @@
 """Provenance of collected texts: `collection.json` in the folder of an exported split."""
 
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from arramon_collecting.rules.keeping import Outcome, succeeded
@@ -13,6 +15,9 @@ FILE = "collection.json"
 
 FORMAT, VERSION = "arramon-collection", 1
 """Header of the file."""
+
+_COMMON = ("format", "version", "server_version", "from_split", "split", "data_hash")
+"""What the collections of one export have in common."""
 
 
 def provenance_of(
@@ -64,6 +69,25 @@ def provenance_of(
     }
 
 
+def provenance_of_several(described: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the provenance of an export of several collections: what they have in common, then each in `collections`.
+
+    Args:
+        described: the provenance of each, as `provenance_of` returns it.
+    """
+    common = {key: described[0][key] for key in _COMMON}
+    return {**common, "collections": [{k: v for k, v in one.items() if k not in _COMMON} for one in described]}
+
+
+def exported_collections(folder: Path) -> set[str]:
+    """Return the names of the collections of which a split's folder is an export; empty if it is none."""
+    try:
+        content = json.loads((folder / FILE).read_text("utf-8"))
+        return {one["collection"] for one in content.get("collections", [content])}
+    except (OSError, ValueError, AttributeError, KeyError, TypeError):
+        return set()
+
+
 def _text(
     text: Text, tasks: Mapping[str, Task], verifications: Sequence[Verification], collection: Collection
 ) -> dict[str, Any]:
@@ -75,7 +99,7 @@ def _text(
         "author": text.worker_id,
         "version": text.version,
         "written_on": f"{text.created_at:%Y-%m-%d}",
-        "seconds": round(task.active_seconds, 1) if task is not None else None,
+        "seconds": _rounded(task.measured_seconds) if task is not None else None,
         "reviewed_on": f"{text.reviewed_at:%Y-%m-%d}" if text.reviewed_at is not None else None,
         "reviewed_by": text.reviewed_by,
         "checks": [
@@ -92,5 +116,9 @@ def _verification(one: Verification, collection: Collection) -> dict[str, Any]:
         "ptc": list(one.ptc),
         "succeeded": succeeded(Outcome(one.ndtw, one.ptc), collection.settings),
         "flags": list(one.flags),
-        "seconds": round(one.seconds, 1),
+        "seconds": _rounded(one.measured_seconds),
     }
+
+
+def _rounded(seconds: float | None) -> float | None:
+    return None if seconds is None else round(seconds, 1)

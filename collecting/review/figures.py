@@ -11,7 +11,8 @@ from arramon_collecting.rules.keeping import Outcome, succeeded
 from arramon_collecting.settings import Settings
 from arramon_collecting.storage.payments.records import LedgerEntry
 from arramon_collecting.storage.people.records import Worker
-from arramon_collecting.storage.texts.records import KEPT, Text, Verification
+from arramon_collecting.storage.records import REVIEW_KIND
+from arramon_collecting.storage.texts.records import DISCARDED, KEPT, REJECTED, Text, Verification
 from arramon_collecting.storage.work.records import RETURNED, SUBMITTED, Task
 
 
@@ -76,19 +77,33 @@ class WorkerFigures:
     earned: int
 
 
+def decided_episodes(texts: Iterable[Text], kind: str) -> set[str]:
+    """Return the ids of the episodes about which a collection has decided.
+
+    Verifiers have followed their texts, which were kept or discarded. A rejected text decides only in a review of
+    generated texts; otherwise its episode is written for again.
+
+    Args:
+        texts: texts of the collection.
+        kind: kind of the collection.
+    """
+    final = (KEPT, REJECTED) if kind == REVIEW_KIND else (KEPT, DISCARDED)
+    return {text.episode_id for text in texts if text.state in final}
+
+
 def outcome_of(verification: Verification) -> Outcome:
     """Return what a verification says of its text."""
     return Outcome(verification.ndtw, verification.ptc, bool(verification.flags))
 
 
 def walk_of(verification: Verification) -> Walk:
-    """Return the walk of a verification."""
+    """Return the walk of a verification, which must be there."""
     (path_1, path_2), (cell_1, cell_2) = verification.path, verification.placed_cells
     return Walk(verification.worker_id, (path_1, path_2), (cell_1, cell_2), frozenset(verification.flags))
 
 
 def walks_by_text(verifications: Iterable[Verification], golds: frozenset[str]) -> dict[str, list[Walk]]:
-    """Return the walks of each text, without those of golds.
+    """Return the walks of each text, without those of golds and those that were deleted.
 
     Args:
         verifications: verifications in any order.
@@ -96,8 +111,9 @@ def walks_by_text(verifications: Iterable[Verification], golds: frozenset[str]) 
     """
     found = dict[str, list[Walk]]()
     for verification in verifications:
-        if verification.counts and verification.text_id is not None and verification.task_id not in golds:
-            found.setdefault(verification.text_id, []).append(walk_of(verification))
+        is_of_text = verification.text_id is not None and verification.task_id not in golds
+        if verification.counts and is_of_text and verification.has_walk:
+            found.setdefault(str(verification.text_id), []).append(walk_of(verification))
     return found
 
 
@@ -189,8 +205,8 @@ def _figures_of(
 def _median_seconds(tasks: Iterable[Task]) -> dict[str, float]:
     times = dict[str, list[float]]()
     for task in tasks:
-        if task.state == SUBMITTED:
-            times.setdefault(task.stage, []).append(task.active_seconds)
+        if task.state == SUBMITTED and task.measured_seconds is not None:
+            times.setdefault(task.stage, []).append(task.measured_seconds)
     return {stage: median(values) for stage, values in times.items()}
 
 

@@ -92,7 +92,8 @@ def _turn_map(
 ) -> TurnMap:
     turn = episode.turns[number]
     target = (turn.target.position.x, turn.target.position.z)
-    shown = [*turn.path, target, *(point for one in verifications for point in one.path[number])]
+    there = [(place, one) for place, one in enumerate(verifications, start=1) if one.has_walk]
+    shown = [*turn.path, target, *(point for _, one in there for point in one.path[number])]
     ways = tuple(
         Way(
             place,
@@ -100,7 +101,7 @@ def _turn_map(
             place_on_map(section, one.path[number][-1]) if one.path[number] else None,
             _centre(one.placed_cells[number]),
         )
-        for place, one in enumerate(verifications, start=1)
+        for place, one in there
     )
     cell = turn.target_cell
     return TurnMap(

@@ -8,12 +8,13 @@ import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
 from arramon_collecting.settings import Settings, read_settings
+from arramon_collecting.storage.people.records import INVITED
 from arramon_collecting.storage.records import CLOSED, PAUSED, RUNNING, Collection, record_of
 from arramon_collecting.storage.texts.records import Instructions
 from arramon_collecting.storage.texts.texts import insert_imported
 from arramon_collecting.storage.transactions import Clock, lock, utc_now
 from arramon_server.errors import BadInput, Conflict, NotFound, TakenOver, quoted
-from arramon_server.runs.storage.collection_tables import collections
+from arramon_server.runs.storage.collection_tables import collections, sign_ins, texts, workers
 from arramon_server.runs.storage.database import Database
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,49}")
@@ -68,7 +69,12 @@ class Collections:
                 connection.execute(collections.insert(), [values | {"settings": settings.model_dump(mode="json")}])
                 insert_imported(connection, created, imported, created.created_at)
         except TakenOver:
-            raise Conflict(f"there is a collection {name!r} already") from None
+            there = self.get(name)
+            raise Conflict(
+                f"there is a collection {name!r} already: {there.kind}, {there.language}, split {there.split}, "
+                f"{there.state}. Its settings are fixed; another language or other settings need another name, and "
+                f"`collect delete {name}` deletes it as long as nobody has signed in"
+            ) from None
         return created
 
     def get(self, name: str) -> Collection:
@@ -85,6 +91,28 @@ class Collections:
     def all(self) -> list[Collection]:
         """Return all collections, by name."""
         return list(map(_collection, self._database.read(sa.select(collections).order_by(collections.c.name))))
+
+    def delete(self, name: str) -> None:
+        """Delete a collection with its links, as long as nobody has signed in.
+
+        Raises:
+            NotFound: if there is none of that name.
+            Conflict: if somebody has signed in: then there may be work and amounts that are owed.
+        """
+        self.get(name)
+        with self._database.erase() as connection:
+            lock(connection, name)
+            mine = workers.c.collection == name
+            people = sa.select(workers.c.worker_id).where(mine)
+            signed_in = sa.select(sign_ins.c.worker_id).where(sign_ins.c.worker_id.in_(people))
+            came = sa.select(workers.c.worker_id).where(
+                mine, sa.or_(workers.c.state != INVITED, workers.c.consented_at.is_not(None))
+            )
+            if any(connection.execute(query.limit(1)).first() is not None for query in (signed_in, came)):
+                raise Conflict(f"somebody has signed in to collection {name!r}; close it with `collect close {name}`")
+            connection.execute(texts.delete().where(texts.c.collection == name))
+            connection.execute(workers.delete().where(mine))
+            connection.execute(collections.delete().where(collections.c.name == name))
 
     def set_state(self, name: str, state: str) -> Collection:
         """Pause, resume or close a collection. Paused and closed ones give out no tasks; open ones can be submitted.

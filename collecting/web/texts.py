@@ -22,7 +22,11 @@ def texts_of(language: str) -> PageTexts:
     """
     found = _all(os.environ.get(FURTHER_FOLDER, "")).get(language)
     if found is None:
-        raise NotFound("there is no such language")
+        there = ", ".join(one.language for one in page_languages())
+        raise NotFound(
+            f"the pages have no words in {language!r}, which are in the file {language}.toml of the folder that "
+            f"${FURTHER_FOLDER} names; they are in {there}"
+        )
     return found
 
 

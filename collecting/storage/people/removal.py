@@ -74,7 +74,7 @@ class Removal:
 
         There remain: the pseudonym; when and to what the person agreed; the amounts of the ledger; which episodes were
         done; and the scores of verifications, on which others' texts were kept or not. The texts remain if the person
-        agreed to that.
+        agreed to that; a later call with `keep_texts=False` deletes them, too.
 
         Args:
             collection: the person's collection.
@@ -83,7 +83,7 @@ class Removal:
 
         Raises:
             NotFound: if the collection has no such worker.
-            Conflict: if the data was deleted already.
+            Conflict: if the data was deleted already, and there are no texts to delete.
         """
         with self._database.erase() as connection:
             lock(connection, collection.name)
@@ -91,8 +91,9 @@ class Removal:
             if (row := connection.execute(query).first()) is None:
                 raise NotFound(f"there is no worker {quoted(worker_id)} in collection {collection.name!r}")
             worker = record_of(Worker, row)
-            if worker.state == FORGOTTEN:
-                raise Conflict(f"the data of worker {worker_id!r} was deleted already")
+            if worker.state == FORGOTTEN and not (worker.keep_texts and keep_texts is False):
+                texts_too = "the texts stay" if worker.keep_texts else "with all texts"
+                raise Conflict(f"the data of worker {worker_id!r} was deleted already; {texts_too}")
             keeps = bool(worker.keep_texts if keep_texts is None else keep_texts)
             _return_tasks(connection, worker_id, self._clock())
             deleted = _delete_work(connection, collection.name, worker_id)

@@ -4,7 +4,7 @@ from datetime import timedelta
 
 import sqlalchemy as sa
 
-from arramon_collecting.storage.people.records import FORGOTTEN, SignIn
+from arramon_collecting.storage.people.records import ACTIVE, FORGOTTEN, HOST, INVITED, SignIn
 from arramon_collecting.storage.records import record_of
 from arramon_collecting.storage.transactions import Clock, new_secret, secret_hash, utc_now
 from arramon_server.runs.storage.collection_tables import sign_ins, workers
@@ -33,7 +33,7 @@ class SignIns:
         self._clock = clock
 
     def open(self, worker_id: str) -> str:
-        """Sign a worker in; return the cookie."""
+        """Sign a worker in; return the cookie. An invited host is active from then on; a worker agrees first."""
         cookie, now = new_secret(), self._clock()
         row = {
             "cookie_hash": secret_hash(cookie),
@@ -46,6 +46,8 @@ class SignIns:
         with self._database.write() as connection:
             connection.execute(sign_ins.delete().where(sign_ins.c.expires_at <= now))
             connection.execute(sign_ins.insert(), [row])
+            invited = workers.c.worker_id == worker_id, workers.c.role == HOST, workers.c.state == INVITED
+            connection.execute(workers.update().where(*invited).values(state=ACTIVE))
         return cookie
 
     def find(self, collection: str, cookie: str) -> SignIn | None:

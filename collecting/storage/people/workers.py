@@ -29,6 +29,9 @@ from arramon_server.visible_text import is_visible
 MAX_NOTE, MAX_EMAIL, MAX_EXTERNAL = 200, 320, 200
 """Maximum numbers of characters."""
 
+MIN_BEGINNING = 4
+"""Minimum number of characters of a pseudonym by which a worker is found."""
+
 WORKER_STATES = (INVITED, ACTIVE, WORKER_PAUSED, BLOCKED, LEFT, FORGOTTEN)
 """All states of a worker."""
 
@@ -111,6 +114,28 @@ class Workers:
         if not rows:
             raise NotFound(f"there is no worker {quoted(worker_id)}")
         return record_of(Worker, rows[0])
+
+    def find(self, collection: Collection, beginning: str) -> Worker:
+        """Return the worker of a collection whose pseudonym begins with a text of at least 4 characters.
+
+        Raises:
+            BadInput: if the text is shorter, or several pseudonyms begin with it.
+            NotFound: if none does.
+        """
+        if len(beginning) < MIN_BEGINNING:
+            raise BadInput(
+                f"the worker is {quoted(beginning)}, expected at least {MIN_BEGINNING} characters of the pseudonym"
+            )
+        found = [one for one in self.all(collection.name) if one.worker_id.startswith(beginning)]
+        if not found:
+            raise NotFound(
+                f"there is no worker {quoted(beginning)} in collection {collection.name!r}; "
+                f"`collect status {collection.name} --workers` lists them"
+            )
+        if len(found) > 1:
+            listed = ", ".join(one.worker_id for one in found)
+            raise BadInput(f"{len(found)} workers begin with {quoted(beginning)}: {listed}")
+        return found[0]
 
     def all(self, collection: str) -> list[Worker]:
         """Return the workers and hosts of a collection, oldest first."""

@@ -87,9 +87,9 @@ class Verification:
         run_id: the run in which it was played.
         ndtw, ptc: scores of both turns, from 0 to 1.
         placed_cells: column, level and row of the cell in which the object was placed, by turn; None if it was not.
-        path: the walk (x, z) of each turn.
+        path: the walk (x, z) of each turn; path and cells are empty if they were deleted with the worker's data.
         flags: boxes that were ticked, such as "unclear".
-        seconds: active time.
+        seconds: active time; 0 if it was deleted.
         counts: whether it counts for the text; not if it was too quick.
         created_at: when it was submitted.
     """
@@ -108,3 +108,13 @@ class Verification:
     seconds: float
     counts: bool
     created_at: datetime
+
+    @property
+    def measured_seconds(self) -> float | None:
+        """Active time; None if it was deleted."""
+        return self.seconds or None
+
+    @property
+    def has_walk(self) -> bool:
+        """Whether the walk is there: it is deleted with the worker's data."""
+        return bool(self.path)

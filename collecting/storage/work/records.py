@@ -26,7 +26,7 @@ class Task:
         is_gold: whether the instructions are known ones of the split, to measure the worker.
         state: OPEN, SUBMITTED, RETURNED or EXPIRED.
         started_at, seen_at, ended_at: when it was given out, last used, and ended.
-        active_seconds: time during which the worker was active.
+        active_seconds: time during which the worker was active; 0 if it was deleted with the worker's data.
         submission_id: id that the page gave the submission, so that it counts once.
         run_id: the run in which a verification is played; None for none.
         position: where a writer stands, for the next visit; empty at first.
@@ -47,6 +47,11 @@ class Task:
     submission_id: str | None
     run_id: str | None
     position: Mapping[str, Any]
+
+    @property
+    def measured_seconds(self) -> float | None:
+        """Time during which the worker was active; None if it was deleted."""
+        return self.active_seconds or None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from arramon_collecting.storage.payments.records import LedgerEntry
 from arramon_collecting.storage.people.records import Visit, Worker
 from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
-from arramon_collecting.storage.texts.records import SENT_BACK, Text
+from arramon_collecting.storage.texts.records import REJECTED, SENT_BACK, Text
 from arramon_collecting.storage.work.records import EXPIRED, SUBMITTED, VERIFY, WRITE, Task
 
 
@@ -67,6 +67,8 @@ def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[st
         "open_task": open_task,
         "unfinished": [] if open_task is not None else _unfinished(store, tasks),
         "sent_back": [text for text in texts if text.state == SENT_BACK],
+        "rejected": [text for text in texts if text.state == REJECTED],
+        "sent": [text for text in reversed(texts) if text.instructions],
         "text_counts": _counts_of(texts),
         "verified": sum(task.stage == VERIFY and task.state == SUBMITTED for task in tasks),
         "earned": _earned(collection, entries),

@@ -11,19 +11,24 @@ from aiohttp import web
 from arramon_collecting.review.figures import WorkerFigures, figures_of_workers
 from arramon_collecting.settings import decimal_amount
 from arramon_collecting.storage.payments.records import LedgerEntry
-from arramon_collecting.storage.people.records import ACTIVE, BLOCKED, WORKER, WORKER_PAUSED
+from arramon_collecting.storage.people.records import ACTIVE, BLOCKED, HOST, LEFT, WORKER, WORKER_PAUSED, Worker
 from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.texts.records import KEPT
 from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
 from arramon_collecting.web.review.host_view import CollectionRows, collection_address, common, minutes, percent, score
+from arramon_collecting.web.review.one_worker import worker_context
 from arramon_server.errors import BadInput, NotFound, quoted
 from arramon_server.web.http_responses import respond
 from arramon_server.web.page_texts import PageTexts
 
-CHANGES = {ACTIVE: (WORKER_PAUSED, BLOCKED), WORKER_PAUSED: (ACTIVE, BLOCKED), BLOCKED: (ACTIVE,)}
+CHANGES = {ACTIVE: (WORKER_PAUSED, BLOCKED), WORKER_PAUSED: (ACTIVE, BLOCKED), BLOCKED: (ACTIVE,), LEFT: (BLOCKED,)}
 """States to which a host may set a worker, by the present state."""
 
 CSV_COLUMNS = ("entry", "worker", "external_id", "kind", "subject", "amount", "currency", "created_at")
+
+
+ONE = f"{BASE}/workers/{{worker:[0-9a-f]{{32}}}}"
+"""Address of one worker's page."""
 
 
 class HostPages:
@@ -41,7 +46,8 @@ class HostPages:
         guarded = self._handlers.guarded
         return [
             web.get(f"{BASE}/workers", guarded(self._workers)),
-            web.post(f"{BASE}/workers/{{worker:[0-9a-f]{{32}}}}/state", guarded(self._set_state)),
+            web.get(ONE, guarded(self._worker)),
+            web.post(f"{ONE}/state", guarded(self._set_state)),
             web.get(f"{BASE}/ledger", guarded(self._ledger)),
             web.get(f"{BASE}/ledger.csv", guarded(self._ledger_file)),
         ]
@@ -54,14 +60,37 @@ class HostPages:
             collection, visitor = self._handlers.visitor(request, host=True)
             store, t = self._handlers.store, request_texts(request)
             rows = CollectionRows.read(store, collection)
-            workers = [worker for worker in store.workers.all(collection.name) if worker.role == WORKER]
+            people = store.workers.all(collection.name)
+            workers = [worker for worker in people if worker.role == WORKER]
             figures = figures_of_workers(
                 workers, rows.tasks, rows.texts, rows.verifications, rows.ledger, collection.settings
             )
-            context = common(request, "workers") | {"rows": [_worker_row(t, collection, one) for one in figures]}
+            context = common(request, "workers") | {
+                "rows": [_worker_row(t, collection, one) for one in figures],
+                "hosts": [worker for worker in people if worker.role == HOST],
+            }
             return self._handlers.page(request, "collect/workers.html", collection, context, visitor=visitor)
 
         return await self._handlers.run(make)
+
+    async def _worker(self, request: web.Request) -> web.StreamResponse:
+        """Show one worker's texts and verifications, with links to them."""
+
+        def make() -> web.Response:
+            collection, visitor = self._handlers.visitor(request, host=True)
+            person = self._find(request, collection)
+            rows = CollectionRows.read(self._handlers.store, collection)
+            context = worker_context(collection, person, rows)
+            shown = common(request, "") | context | {"choices": CHANGES.get(person.state, ())}
+            return self._handlers.page(request, "collect/one_worker.html", collection, shown, visitor=visitor)
+
+        return await self._handlers.run(make)
+
+    def _find(self, request: web.Request, collection: Collection) -> Worker:
+        worker = self._handlers.store.workers.get(request.match_info["worker"])
+        if worker.collection != collection.name or worker.role != WORKER:
+            raise NotFound("there is no such worker in this collection")
+        return worker
 
     async def _set_state(self, request: web.Request) -> web.StreamResponse:
         fields = await self._handlers.form(request)
@@ -70,9 +99,7 @@ class HostPages:
             collection, visitor = self._handlers.visitor(request, host=True)
             self._handlers.check(request, visitor, fields)
             workers, state = self._handlers.store.workers, fields.get("state", "")
-            worker = workers.get(request.match_info["worker"])
-            if worker.collection != collection.name or worker.role != WORKER:
-                raise NotFound("there is no such worker in this collection")
+            worker = self._find(request, collection)
             allowed = CHANGES.get(worker.state, ())
             if state not in allowed:
                 raise BadInput(f"the state is {quoted(state)}, expected {' or '.join(allowed) or 'no change'}")

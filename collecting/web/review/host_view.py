@@ -51,8 +51,10 @@ def score(t: PageTexts, value: float | None) -> str:
     return NOTHING if value is None else t.score(value)
 
 
-def minutes(t: PageTexts, seconds: float) -> str:
-    """Return a duration in minutes and seconds."""
+def minutes(t: PageTexts, seconds: float | None) -> str:
+    """Return a duration in minutes and seconds, or NOTHING."""
+    if seconds is None:
+        return NOTHING
     whole = round(seconds)
     return t("collect_review.minutes", minutes=t.whole(whole // 60), seconds=t.whole(whole % 60))
 

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from arramon_collecting.episodes import episodes_to_write, golds
-from arramon_collecting.review.figures import Overview, gold_tasks, overview_of, walks_by_text
+from arramon_collecting.review.figures import Overview, decided_episodes, gold_tasks, overview_of, walks_by_text
 from arramon_collecting.rules.agreement import flag_alpha
 from arramon_collecting.rules.flags import FLAGS
 from arramon_collecting.storage.records import REVIEW_KIND, Collection
@@ -28,8 +28,6 @@ from arramon_server.web.page_texts import PageTexts
 
 STATES = (IN_REVIEW, VERIFYING, KEPT, DISCARDED, SENT_BACK, REJECTED, WITHDRAWN)
 """States of texts, in the order in which hosts choose them."""
-
-DECIDED = (KEPT, DISCARDED, REJECTED)
 
 LISTED = 200
 """Maximum number of texts on the page."""
@@ -70,13 +68,14 @@ def overview_context(
     all_episodes = len(rows.texts) if is_review or split is None else len(episodes_to_write(split, collection))
     return {
         "overview": overview,
-        "done": sum(overview.texts.get(one, 0) for one in DECIDED),
+        "done": len(decided_episodes(rows.texts, collection.kind)),
         "all_episodes": max(all_episodes, 1),
         "open_tasks": sum(task.state == OPEN for task in rows.tasks),
         "today": sum(now - at < timedelta(days=1) for at in ended),
         "week": sum(now - at < timedelta(days=7) for at in ended),
-        "shares": _shares(t, collection, overview, alpha),
-        "has_alpha": has_alpha,
+        "shares": [] if is_review else _shares(t, collection, overview, alpha),
+        "has_alpha": has_alpha or is_review,
+        "is_review": is_review,
         "golds": len(golds(split, collection)) if split is not None and not is_review else None,
         "states": STATES,
         "chosen": chosen,
@@ -111,9 +110,10 @@ def _text_rows(texts: Sequence[Text], rows: CollectionRows) -> list[TextRow]:
         if one.text_id is not None:
             walks[one.text_id] += one.counts
             flags[one.text_id] += len(one.flags)
-    return [TextRow(text, _excerpt(text), walks[text.text_id], flags[text.text_id]) for text in texts]
+    return [TextRow(text, excerpt(text), walks[text.text_id], flags[text.text_id]) for text in texts]
 
 
-def _excerpt(text: Text) -> str:
+def excerpt(text: Text) -> str:
+    """Return the beginning of a text's first instruction; of a deleted text, that of its id."""
     said = text.instructions[0][0] if text.instructions else text.text_id[:8]
     return said if len(said) <= EXCERPT else f"{said[:EXCERPT]}…"

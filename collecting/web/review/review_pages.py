@@ -6,9 +6,6 @@ from typing import Any
 
 from aiohttp import web
 
-from arramon_client.world import PHASES, TURNS
-from arramon_collecting.rules.clean_text import clean_instructions
-from arramon_collecting.rules.flags import KINDS
 from arramon_collecting.storage.mail_queue import Letter
 from arramon_collecting.storage.people.records import Worker
 from arramon_collecting.storage.records import REVIEW_KIND, Collection
@@ -17,6 +14,7 @@ from arramon_collecting.web.access import Visitor
 from arramon_collecting.web.handlers import BASE, Handlers, request_texts, see_other
 from arramon_collecting.web.review.host_view import CollectionRows, collection_address, common
 from arramon_collecting.web.review.letters import letter_for
+from arramon_collecting.web.review.review_forms import ReviewFormError, mended_instructions, reason_of
 from arramon_collecting.web.review.review_overview import overview_context
 from arramon_collecting.web.review.review_text_view import text_context
 from arramon_server.episodes.split_lookup import SplitLookup
@@ -84,7 +82,8 @@ class ReviewPages:
         verifications = self._handlers.store.verifications.of_text(text.text_id)
         split = self._splits.get(collection.split)
         context = text_context(request_texts(request), collection, text, verifications, split)
-        return common(request, "") | context | {"next_text": self._next(collection, host, text.text_id)}
+        form = {"problem": "", "given": {}}
+        return common(request, "") | context | form | {"next_text": self._next(collection, host, text.text_id)}
 
     async def _decide(self, request: web.Request) -> web.StreamResponse:
         fields = await self._handlers.form(request)
@@ -92,12 +91,30 @@ class ReviewPages:
         def make() -> web.Response:
             collection, visitor = self._handlers.visitor(request, host=True)
             self._handlers.check(request, visitor, fields)
-            text = self._decided(request, collection, visitor, fields)
+            try:
+                text = self._decided(request, collection, visitor, fields)
+            except ReviewFormError as error:
+                return self._again(request, collection, visitor, fields, str(error))
             address, query = f"{collection_address(request)}/review", f"?decided={text.state}"
             following = self._next(collection, visitor.worker, text.text_id)
             return see_other(f"{address}/{following}{query}" if following else f"{address}{query}")
 
         return await self._handlers.run(make)
+
+    def _again(
+        self, request: web.Request, collection: Collection, visitor: Visitor, fields: Mapping[str, str], problem: str
+    ) -> web.Response:
+        """Show a text's page with what is wrong, and what was typed."""
+        context = self._context(request, collection, visitor.worker, self._text(request, collection))
+        given = fields if request.match_info["decision"] == MEND else {}
+        return self._handlers.page(
+            request,
+            "collect/review_text.html",
+            collection,
+            context | {"here_address": request.path.rpartition("/")[0], "problem": problem, "given": given},
+            visitor=visitor,
+            status=400,
+        )
 
     def _decided(
         self, request: web.Request, collection: Collection, visitor: Visitor, fields: Mapping[str, str]
@@ -111,12 +128,11 @@ class ReviewPages:
         if decision == MEND:
             if collection.kind != REVIEW_KIND:
                 raise Conflict("only generated texts are mended by those who review them; send the text back instead")
-            given = [[fields.get(f"{turn}-{phase}", "") for phase in PHASES] for turn in range(1, TURNS + 1)]
-            instructions = clean_instructions(given, collection.settings.max_characters)
+            instructions = mended_instructions(request_texts(request), collection, fields)
             if instructions != self._text(request, collection).instructions:
                 version = reviews.mend(collection, text_id, version, host, instructions).version
             return reviews.accept(collection, text_id, version, host)
-        reason = _reason(fields)
+        reason = reason_of(request_texts(request), fields)
         if decision == SEND_BACK:
             letter = self._letter(request, collection, "sent_back", reason)
             return reviews.send_back(collection, text_id, version, host, reason, letter)
@@ -155,10 +171,3 @@ def _version(fields: Mapping[str, str]) -> int:
     if not (text.isascii() and text.isdecimal() and len(text) < 9):
         raise BadInput(f"version is {quoted(text)}, expected the number of the version that was reviewed")
     return int(text)
-
-
-def _reason(fields: Mapping[str, str]) -> str:
-    """Return the reason: the boxes that were ticked, and what was written."""
-    ticked = ", ".join(kind for kind in KINDS if f"flag-{kind}" in fields)
-    written = " ".join(fields.get("reason", "").split())
-    return ": ".join(filter(None, (ticked, written)))

@@ -1,7 +1,7 @@
 """Template variables of the host's page of one text: everything that is known of it."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,18 +15,21 @@ from arramon_collecting.storage.records import REVIEW_KIND, Collection
 from arramon_collecting.storage.texts.records import IN_REVIEW, Text, Verification
 from arramon_collecting.web.review.host_view import percent, score
 from arramon_server.episodes.splits import Split
+from arramon_server.sim.room import START
 from arramon_server.web.episodes_page import pile_name
+from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.room_map import cell_centre
 
 
 @dataclass(frozen=True, slots=True)
 class PartView:
-    """One of the four instructions: its name, such as "1-navigation", text, failed checks, and flags with numbers."""
+    """One of the four instructions: name such as "1-navigation", text, failed checks in words, flags with numbers."""
 
     name: str
     phase: str
     text: str
-    failures: tuple[dict[str, Any], ...]
+    failures: tuple[str, ...]
     flags: tuple[tuple[str, int], ...]
 
 
@@ -62,14 +65,16 @@ def text_context(
     """
     maps = _maps(text, verifications, split)
     counted = [one for one in verifications if one.counts]
-    agreement = agreement_of(list(map(walk_of, counted)))
+    agreement = agreement_of([walk_of(one) for one in counted if one.has_walk])
     is_decided = decide(list(map(outcome_of, counted)), collection.settings) is not None
     return {
         "text": text,
         "describes": maps is not None,
         "ground": maps.ground if maps is not None else None,
         "turns": [
-            TurnView(number, _parts(text, verifications, number), maps.turns[number - 1] if maps is not None else None)
+            TurnView(
+                number, _parts(t, text, verifications, number), maps.turns[number - 1] if maps is not None else None
+            )
             for number in range(1, len(text.instructions) + 1)
         ],
         "walks": [
@@ -83,6 +88,9 @@ def text_context(
         "may_mend": text.state == IN_REVIEW and collection.kind == REVIEW_KIND,
         "accept_note": "keep" if text.worker_id is None or is_decided else "verify",
         "kinds": KINDS,
+        "is_generated": text.worker_id is None,
+        "start_tile": cell_centre(START),
+        "object_name": lambda type_: object_name(t, type_),
         "pile_name": lambda pile: pile_name(t, pile),
     }
 
@@ -94,19 +102,29 @@ def _maps(text: Text, verifications: Sequence[Verification], split: Split | None
     return text_maps(episode, split.sections[episode.section], verifications)
 
 
-def _parts(text: Text, verifications: Sequence[Verification], turn: int) -> tuple[PartView, ...]:
+def _parts(t: PageTexts, text: Text, verifications: Sequence[Verification], turn: int) -> tuple[PartView, ...]:
     counts = Counter(
         (part, kind) for one in verifications for part, kinds in kinds_by_part(one.flags).items() for kind in kinds
     )
     found = []
     for phase, said in zip(PHASES, text.instructions[turn - 1], strict=True):
         name = f"{turn}-{phase}"
-        failures = tuple(
-            dict(failure) for failure in text.failures if (failure.get("turn"), failure.get("phase")) == (turn, phase)
-        )
+        here = [one for one in text.failures if (one.get("turn"), one.get("phase")) == (turn, phase)]
+        failures = tuple(_failure_words(t, failure) for failure in here)
         flags = tuple((kind, counts[name, kind]) for kind in KINDS if counts[name, kind])
         found.append(PartView(name, phase, said, failures, flags))
     return tuple(found)
+
+
+def _failure_words(t: PageTexts, failure: Mapping[str, Any]) -> str:
+    """Return what a failed check says, for a host; the stored English message for texts of earlier versions."""
+    key = f"collect_host_checks.{failure['check']}"
+    if key not in t.words or "words" not in failure:
+        return str(failure["message"])
+    words = ", ".join(f"“{word}”" for word in failure["words"])
+    expected = str(failure["expected"])
+    kind = t.named("things", expected).partition("|")[0] if failure["check"] == "not_there" else expected
+    return t(key, words=words, expected=kind)
 
 
 def _flag_words(t: PageTexts, verification: Verification) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ class OpenTask:
         ]
 
     def as_failures(self, findings: Findings) -> list[dict[str, Any]]:
-        """Return the findings as they are stored with a text, with English messages for hosts."""
+        """Return the findings as they are stored with a text: an English message, and what hosts' pages say of them."""
         t = texts_of(DEFAULT_LANGUAGE)
         return [
             {
@@ -77,6 +77,8 @@ class OpenTask:
                 "check": finding.check,
                 "severity": finding.severity,
                 "message": sentence(t, finding, self.target(part)),
+                "words": list(finding.words),
+                "expected": finding.expected,
             }
             for part, found in enumerate(findings)
             for finding in found

@@ -47,10 +47,10 @@ def created(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == "collection street: write, en, 6 episodes of tiny\n"
 
 
-def collect(data: Path, episodes: list[str]) -> list[str]:
+def collect(data: Path, episodes: list[str], name: str = "street") -> list[str]:
     """Let two people write, and three verify; return the ids of the people."""
     with store(data) as opened:
-        collection = opened.collections.get("street")
+        collection = opened.collections.get(name)
         people = []
         for _ in range(5):
             invited, _ = opened.workers.invite(collection)
@@ -101,6 +101,9 @@ def test_a_missing_consent_text_is_said(
         (["--split", "tiny", "--lang", "en"], "expected the collection's name"),
         (["A b", "--split", "tiny", "--lang", "en"], "the collection's name is 'A b'"),
         (["street", "--split", "tiny", "--lang", "en", "--episodes", "0"], "--episodes is 0; expected at least 1"),
+        (["street", "--split", "tiny", "--lang", "en", "--episodes", "7"], "7 episodes are wanted, but tiny has 6"),
+        (["--review", "tiny", "--lang", "en", "--episodes", "7"], "7 episodes are wanted, but tiny has 6"),
+        (["tiny", "--split", "tiny", "--lang", "en"], "there is a split 'tiny' already"),
         (["--review", "tiny", "--lang", "te"], "split 'tiny' has no texts in 'te' to review; there are en, hi"),
         (["street", "--split", "tiny", "--lang", "en", "--settings", "no.toml"], "no.toml: cannot be read"),
     ],
@@ -117,7 +120,15 @@ def test_wrong_collections_are_refused(
     [
         ("verifier = 2", "there is no setting 'verifier' of a collection; there are verifiers,"),
         ("keep_ndtw = 2", "keep_ndtw is 2: input should be less than or equal to 1"),
-        ("currency = 'dollars'", "currency is 'dollars': string should match"),
+        ("currency = 'dollars'", "currency is 'dollars', expected three capital letters, such as USD or INR"),
+        ("currency = 'XYZ'", "currency is 'XYZ', expected a code of ISO 4217"),
+        ("pay_write = 0.5", "pay_write is 0.5, expected a whole number of the currency's smallest unit"),
+        ("milestones = {5 = 0.5}", "milestones.5 is 0.5: input should be a valid integer"),
+        ("consent = {en = 'x'}", "consent is {'en': 'x'}, expected one text of at most 20000 characters"),
+        ("consent_in = {xx = 'x'}", "consent_in has 'xx'; the pages are in en, hi"),
+        ("page_languages = ['en', 'xx']", "page_languages has 'xx'; the pages are in en, hi"),
+        ("gold_episodes = ['0', 'x']", "gold_episodes has 'x', which tiny does not have"),
+        ("episodes = 7", "7 episodes are wanted, but tiny has 6"),
         ("milestones = {0 = 5}", "a milestone is at less than 1 text"),
         ("smtp = {password = 'x'}", "there is no setting 'smtp.password'"),
         ("licence_address = 'javascript:1'", "licence_address is 'javascript:1': string should match"),
@@ -148,7 +159,14 @@ def test_links_are_printed_once_and_work(data: Path, capsys: pytest.CaptureFixtu
         found = [opened.workers.by_link("street", link.partition("key=")[2]) for link in (*links, host)]
         assert [(one.role, one.note) for one in found if one] == [("worker", "Pune"), ("worker", "Pune"), ("host", "")]
         assert links[0].partition("key=")[2].encode() not in (data / "journal.db").read_bytes()
+    capsys.readouterr()
     assert main(["collect", "invite", "street", "--page-lang", "xx"]) == 1
+    assert "the pages have no words in 'xx'" in capsys.readouterr().err
+    assert main(["collect", "close", "street"]) == 0
+    assert main(["collect", "invite", "street"]) == 0
+    assert "the collection is closed and gives out no tasks" in capsys.readouterr().err
+    assert main(["collect", "invite", "stret"]) == 1
+    assert "there is no collection 'stret'; there are street" in capsys.readouterr().err
 
 
 def test_from_people_to_a_split(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -156,6 +174,8 @@ def test_from_people_to_a_split(data: Path, capsys: pytest.CaptureFixture[str]) 
     people = collect(data, ["0", "2", "4"])
     assert main(["collect", "status", "street"]) == 0
     out = capsys.readouterr().out
+    assert "episodes: all 6, decided 3, free 4" in out  # a discarded text's episode is free again
+    assert "workers: active 5\n  hosts: none" in out
     assert "texts: discarded 1, kept 2" in out
     assert "tasks: verify submitted 9, write submitted 3" in out
     assert "owed: 5.00 USD" in out  # 3 * 1.00 + 9 * 0.20 + 2 * 0.10
@@ -223,11 +243,126 @@ def test_forgetting_a_worker(data: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert main(["collect", "forget", "street", author, "--delete-texts"]) == 0
     captured = capsys.readouterr()
     assert captured.out == "deleted: 0 runs, 1 texts; kept: 0 texts\n"
+    assert f"the ledger has 1.10 USD for {author}" in captured.err
     assert "backups and exports made before still have this person's data" in captured.err
     assert main(["collect", "forget", "street", author]) == 1
     assert "was deleted already" in capsys.readouterr().err
     assert main(["collect", "export", "street"]) == 0
     assert list(read_split(split_folder(data, "street")).episodes) == ["2"]
+
+
+def test_texts_can_be_deleted_after_the_other_data(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    created(capsys)
+    author, *_ = collect(data, ["0", "2"])
+    assert main(["collect", "forget", "street", author[:8]]) == 0
+    captured = capsys.readouterr()
+    assert captured.out == "deleted: 0 runs, 0 texts; kept: 1 texts\n"
+    assert f"collect forget street {author} --delete-texts" in captured.err
+    assert main(["collect", "export", "street"]) == 0
+    provenance = json.loads((split_folder(data, "street") / "collection.json").read_text())
+    assert [one["seconds"] for one in provenance["texts"] if one["author"] == author] == [None]
+    assert main(["collect", "forget", "street", author]) == 1
+    assert "was deleted already; the texts stay" in capsys.readouterr().err
+    assert main(["collect", "forget", "street", author, "--delete-texts"]) == 0
+    assert capsys.readouterr().out == "deleted: 0 runs, 1 texts; kept: 0 texts\n"
+    assert main(["collect", "forget", "street", author, "--delete-texts"]) == 1
+    assert "was deleted already; with all texts" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("worker", "message"),
+    [
+        ("zzzz", "there is no worker 'zzzz' in collection 'street'; `collect status street --workers` lists them"),
+        ("abc", "the worker is 'abc', expected at least 4 characters of the pseudonym"),
+        ("0" * 8, "2 workers begin with '00000000'"),
+    ],
+)
+def test_a_worker_is_found_by_the_beginning_of_the_pseudonym(
+    data: Path, worker: str, message: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    created(capsys)
+    ids = iter(("0" * 31 + "1", "0" * 31 + "2"))
+    monkeypatch.setattr("arramon_collecting.storage.people.workers.new_id", lambda: next(ids))
+    assert main(["collect", "invite", "street", "--count", "2"]) == 0
+    assert main(["collect", "forget", "street", worker]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_create_says_which_settings_and_terms_it_took(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "arramon.toml"
+    words = ["--split", "tiny", "--lang", "en"]
+    assert main(["collect", "create", "street", *words]) == 0
+    said = capsys.readouterr().err
+    assert f"settings: [collections.street] of {file}\n" in said
+    assert "consent text: en: the default one, which you should replace, hi: the default one" in said
+    assert "payment: 1.00 USD for four texts, 0.20 USD for a verification" in said
+    assert main(["collect", "create", "stret", *words]) == 0
+    said = capsys.readouterr().err
+    assert f"settings: the defaults, as {file} has no table [collections.stret]; it has [collections.street]\n" in said
+    monkeypatch.delenv("ARRAMON_CONFIG")
+    assert main(["collect", "create", "third", *words, "--data", str(data)]) == 0
+    assert "the defaults, as no settings file is named by --config or $ARRAMON_CONFIG" in capsys.readouterr().err
+    own = tmp_path / "own.toml"
+    own.write_text("consent = 'Ours.'\ncurrency = 'INR'\n")
+    assert main(["collect", "create", "fourth", *words, "--data", str(data), "--settings", str(own)]) == 0
+    said = capsys.readouterr().err
+    assert f"settings: {own}\nconsent text: en: your own, hi: missing\n" in said
+    assert "the paper's dollars are paid as INR" in said
+    assert main(["collect", "create", "fourth", *words, "--data", str(data)]) == 1
+    said = capsys.readouterr().err
+    assert "there is a collection 'fourth' already: write, en, split tiny, running. Its settings are fixed" in said
+
+
+def test_a_collection_is_deleted_as_long_as_nobody_has_signed_in(
+    data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    created(capsys)
+    assert main(["collect", "invite", "street", "--note", "Pune"]) == 0
+    assert main(["collect", "delete", "street"]) == 0
+    assert b"Pune" not in (data / "journal.db").read_bytes()
+    assert main(["collect", "status", "street"]) == 1
+    assert "there is no collection 'street'; there are none yet" in capsys.readouterr().err
+    assert main(["collect", "create", "--review", "tiny", "--lang", "hi"]) == 0
+    assert main(["collect", "delete", "review-tiny-hi"]) == 0
+    created_again = ["collect", "create", "street", "--split", "tiny", "--lang", "hi"]
+    assert main(created_again) == 0
+    with store(data) as opened:
+        host, _ = opened.workers.invite(opened.collections.get("street"), role="host")
+        opened.sign_ins.open(host.worker_id)
+        assert opened.workers.get(host.worker_id).state == "active"
+    assert main(["collect", "delete", "street"]) == 1
+    assert "somebody has signed in to collection 'street'; close it" in capsys.readouterr().err
+
+
+def test_collections_of_one_split_are_exported_as_one_with_several_languages(
+    data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, language in (("street", "en"), ("street-hi", "hi"), ("again", "en")):
+        assert main(["collect", "create", name, "--split", "tiny", "--lang", language]) == 0
+    collect(data, ["0", "2"])
+    collect(data, ["2", "1"], "street-hi")
+    assert main(["collect", "export", "street", "street-hi"]) == 1
+    assert "expected the name of the split for several collections" in capsys.readouterr().err
+    assert main(["collect", "export", "street", "again", "--split", "both"]) == 1
+    assert "several collections are in 'en'; expected one for each language" in capsys.readouterr().err
+    for _ in range(2):
+        assert main(["collect", "export", "street", "street-hi", "--split", "both"]) == 0
+    folder = split_folder(data, "both")
+    split = read_split(folder)
+    assert {key: sorted(episode.instructions) for key, episode in split.episodes.items()} == {
+        "0": ["en"], "1": ["hi"], "2": ["en", "hi"],
+    }  # fmt: skip
+    provenance = json.loads((folder / "collection.json").read_text())
+    assert [(one["collection"], one["language"], len(one["texts"])) for one in provenance["collections"]] == [
+        ("street", "en", 2), ("street-hi", "hi", 2),
+    ]  # fmt: skip
+    assert provenance["data_hash"] == split.data_hash
+    _, release = read_release(folder / "both.hi.release.json", "hi")
+    assert len(release) == 2
+    assert main(["collect", "export", "street", "--split", "both"]) == 1
+    assert "it is no export of street alone" in capsys.readouterr().err
 
 
 def test_a_collection_that_reviews_generated_texts(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -240,11 +375,13 @@ def test_a_collection_that_reviews_generated_texts(data: Path, capsys: pytest.Ca
 
 
 def test_pausing_and_the_list_of_all(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["collect", "status"]) == 1
-    assert "there is no journal" in capsys.readouterr().err
+    assert main(["collect", "status"]) == 0
+    assert "no collections yet; make one with" in capsys.readouterr().out
+    assert main(["collect", "status", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"collections": [], "workers": []}
     with store(data):
         assert main(["collect", "status"]) == 0
-    assert "no collections; make one with" in capsys.readouterr().out
+    assert "no collections yet; make one with" in capsys.readouterr().out
     created(capsys)
     for action, state in (("pause", "paused"), ("resume", "running"), ("close", "closed")):
         assert main(["collect", action, "street"]) == 0

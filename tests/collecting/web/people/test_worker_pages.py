@@ -219,6 +219,22 @@ def test_a_text_that_was_sent_back_is_shown_with_its_reason_and_mended(site: Col
     assert mended.history[0]["version"] == 1
 
 
+def test_authors_read_why_a_text_was_rejected_and_what_they_sent(site: CollectingSite) -> None:
+    browser, worker_id = site.consented()
+    store, collection = site.field.store, site.field.collection
+    text = site.field.write(store.workers.get(worker_id)).text
+    assert text is not None
+    page = browser.get(HOME).text
+    assert TEXTS[0][0] in page
+    assert "Rejected texts" not in page
+    store.reviews.reject(collection, text.text_id, 1, site.field.worker(role="host"), "no <b>such</b> bench")
+    page = browser.get(HOME).text
+    assert "Rejected texts" in page
+    assert "no &lt;b&gt;such&lt;/b&gt; bench" in page
+    other, _ = site.consented()
+    assert TEXTS[0][0] not in other.get(HOME).text
+
+
 def test_leaving_and_coming_back_by_the_link(site: CollectingSite) -> None:
     worker, key = site.field.store.workers.invite(site.field.collection)
     browser = site.browser()

@@ -46,7 +46,7 @@ def test_a_text_from_review_to_kept(site: VerifySite) -> None:
             _, shown = await host.get(page)
             assert shown.count('class="way way-') == 6
             assert "wrong × 3" in shown
-            assert "nDTW between their ways 1.000, same cell 100%" in shown
+            assert "nDTW between their ways 1.000, same tile 100%" in shown
             assert "It is then kept" in shown
             verification = site.store.verifications.of_text(text.text_id)[0]
             for walk in (verification.task_id, "described"):
@@ -82,11 +82,15 @@ def test_a_text_is_sent_back_and_rejected_with_a_reason(site: VerifySite) -> Non
     async def play() -> None:
         async with browsers(site, site.host) as (host,):
             page = f"/review/{sent.text_id}"
-            assert (await host.post(f"{page}/send_back", version="1", reason=" "))[0] == 400
+            status, shown = await host.post(f"{page}/send_back", version="1", reason=" ")
+            assert (status, "Please write the reason, or tick a box." in shown) == (400, True)
+            assert 'name="reason" rows="3" maxlength="1900" required' in shown
+            assert "0 of 6 episodes" in (await host.get("/review"))[1]
             fields = {"version": "1", "reason": "which  bench?", "flag-unclear": "unclear"}
             status, address = await host.post(f"{page}/send_back", **fields)
             assert (status, address) == (303, f"/en/collect/{NAME}/review/{rejected.text_id}?decided=sent_back")
             await host.post(f"/review/{rejected.text_id}/reject", version="1", reason="no Hindi")
+            assert "0 of 6 episodes" in (await host.get("/review"))[1]  # the rejected one is free again
             assert (await host.post(f"/review/{rejected.text_id}/mend", version="1"))[0] == 409
 
     asyncio.run(play())
@@ -123,6 +127,85 @@ def test_generated_texts_are_accepted_mended_or_flagged(site: VerifySite) -> Non
     assert found[1].instructions[0][0] == "दो क़दम चलें।"
     assert found[1].history[0]["instructions"] == [list(pair) for pair in TEXTS]
     assert found[2].reason == "ungrammatical"
+
+
+FINDINGS = [
+    FAILURE | {"check": "other_cell", "phase": "assembly", "severity": "hint", "words": [], "expected": ""},
+    FAILURE | {"check": "not_there", "severity": "hint", "words": [], "expected": "bench"},
+]
+
+
+def test_a_host_sees_the_room_by_name_and_checks_in_words_for_hosts(site: VerifySite) -> None:
+    text = site.text(site.worker(), failures=FINDINGS)
+
+    async def play() -> None:
+        async with browsers(site, site.host) as (host,):
+            _, shown = await host.get(f"/review/{text.text_id}")
+            assert "would place the object on another tile. It may have misread the text" in shown
+            assert "found nothing of this kind along the way: bench" in shown
+            assert shown.count('class="yellow"') == 2
+            room = tiny.episode("1")
+            for stack in (*room.decoys, *(turn.target for turn in room.turns)):
+                type_ = stack.type
+                assert f"{type_.pattern} {type_.colour} {type_.kind}" in shown
+                assert all(f">{word}</text>" in shown for word in (type_.pattern, type_.colour, type_.kind))
+
+    asyncio.run(play())
+
+
+def test_what_is_wrong_with_a_mended_text_is_said_in_the_page_s_language(site: VerifySite) -> None:
+    reviewed = site.store.collections.create("gen", "review", "hi", "tiny", site.collection.settings, [("1", TEXTS)])
+    host, _ = site.store.workers.invite(reviewed, role="host")
+    (text,) = site.store.texts.all("gen")
+    said = {"1-navigation": TEXTS[0][0], "1-assembly": TEXTS[0][1], "2-navigation": TEXTS[1][0]}
+
+    async def play() -> None:
+        async with browsers(site, host) as (person,):
+            _, shown = await person.get(f"/review/{text.text_id}")
+            assert "Reason, which is kept with the text" in shown
+            assert "Send back" not in shown
+            assert "Nobody has verified this text yet" not in shown
+            person.pages = person.pages.replace("/en/", "/hi/")
+            status, shown = await person.post(
+                f"/review/{text.text_id}/mend", version="1", **said, **{"2-assembly": "मग को 😀 रखें।"}
+            )
+            assert (status, "इमोजी और चित्र नहीं लिख सकते: 😀" in shown) == (400, True)
+            assert ">मग को 😀 रखें।</textarea>" in shown  # what was typed is still there
+            assert "Krippendorff" not in (await person.get("/review"))[1]
+
+    asyncio.run(play())
+    assert site.store.texts.get(text.text_id).version == 1
+
+
+def test_a_worker_s_page_leads_to_texts_and_walks(site: VerifySite) -> None:
+    author, other = site.worker(), site.worker()
+    text = site.text(author)
+    noted, _ = site.store.workers.invite(site.collection, note="Ann of Pune")
+    site.store.workers.invite(site.collection, role="host", note="Ben of Delhi")
+
+    async def play() -> None:
+        async with browsers(site, site.host, other) as (host, person):
+            path = person.claim()
+            await person.follow(path)
+            await person.post(f"{path}/hand-in")
+            _, shown = await host.get("/workers")
+            assert all(note in shown for note in ("Ann of Pune", "Ben of Delhi"))
+            for one in (author, other, noted):
+                assert f'/workers/{one.worker_id}"' in shown
+            assert f'/review/{text.text_id}"' in (await host.get(f"/workers/{author.worker_id}"))[1]
+            _, shown = await host.get(f"/workers/{other.worker_id}")
+            (walk,) = site.store.verifications.of_text(text.text_id)
+            assert f'/review/{text.text_id}/walks/{walk.task_id}"' in shown
+            assert "Ann of Pune" in (await host.get(f"/workers/{noted.worker_id}"))[1]
+            assert (await person.get(f"/workers/{other.worker_id}"))[0] == 404
+            # The pages go on without the walk of somebody whose data was deleted.
+            site.store.removal.forget(site.collection, other.worker_id)
+            for page in ("/review", f"/review/{text.text_id}", "/workers", f"/workers/{other.worker_id}"):
+                status, shown = await host.get(page)
+                assert (status, f"walks/{walk.task_id}" in shown) == (200, False)
+            assert "0 min 0 s" not in shown
+
+    asyncio.run(play())
 
 
 def test_workers_are_paused_blocked_and_readmitted(site: VerifySite) -> None:
