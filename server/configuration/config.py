@@ -224,11 +224,14 @@ class Config:
         check=is_line,
     )
     closes: SplitTimes = setting(
-        NO_TIMES, "closing times of the splits' leaderboards: from then on no runs on them are created or published"
+        NO_TIMES,
+        "closing times of the splits' leaderboards: from then on no runs on them are created or published",
+        of_public_server=True,
     )
     frozen: bool = setting(
         False,
         "whether leaderboards with a closing time show scores only to a run's own participant and to hosts until then",
+        of_public_server=True,
     )
     drain_seconds: float = setting(
         10.0,

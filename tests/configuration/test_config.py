@@ -101,7 +101,7 @@ def refusal(*arguments: str, file: Path | None = None, **variables: Any) -> str:
 
 PUBLIC = (
     "listen", "anonymous", "runs_per_day", "runs_in_all", "runs_at_once", "streams_at_once", "tls_certificate",
-    "tls_key", "trust_proxy", "web", "metrics",
+    "tls_key", "trust_proxy", "web", "metrics", "closes", "frozen",
 )  # fmt: skip
 """Settings that an embedded server takes from flags only."""
 

@@ -109,5 +109,13 @@ def test_pages_of_hosts(browser: Browser, site: VerifySite) -> None:
         thread.submit(asyncio.run, play()).result()
     text = f"/review/{walked.text_id}"
     with window(browser, site, site.host) as page:
-        pages = ("/host", "/review", text, f"{text}/walks/described", "/workers", "/ledger")
+        pages = (
+            "/host",
+            "/review",
+            text,
+            f"{text}/walks/described",
+            "/workers",
+            f"/workers/{walked.worker_id}",
+            "/ledger",
+        )
         check(page, site, dict.fromkeys(pages, "h1"))
