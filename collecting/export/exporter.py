@@ -56,9 +56,8 @@ def export_collections(store: Store, collections: Sequence[Collection], base: Sp
     _check_together(collections)
     folder, names = split_folder(data, name), [one.name for one in collections]
     if folder.exists() and exported_collections(folder) != set(names):
-        raise Conflict(
-            f"there is a split {name!r} already, and it is no export of {' and '.join(names)} alone; use --split NAME"
-        )
+        these = "this collection" if len(names) == 1 else f"{' and '.join(names)} together"
+        raise Conflict(f"there is a split {name!r} already, and it is no export of {these}; use --split NAME")
     kept = {one.language: store.texts.all(one.name, KEPT) for one in collections}
     for one in collections:
         if not kept[one.language]:

@@ -24,6 +24,9 @@ SETTINGS = """
 min_seconds_write = 0
 gold_share = 0.0
 licence = "CC0-1.0"
+
+[collections.street-hi]
+min_seconds_write = 0
 """
 
 
@@ -300,7 +303,7 @@ def test_create_says_which_settings_and_terms_it_took(
     assert "payment: 1.00 USD for four texts, 0.20 USD for a verification" in said
     assert main(["collect", "create", "stret", *words]) == 0
     said = capsys.readouterr().err
-    assert f"settings: the defaults, as {file} has no table [collections.stret]; it has [collections.street]\n" in said
+    assert f"settings: the defaults, as {file} has no table [collections.stret]; it has [collections.street], " in said
     monkeypatch.delenv("ARRAMON_CONFIG")
     assert main(["collect", "create", "third", *words, "--data", str(data)]) == 0
     assert "the defaults, as no settings file is named by --config or $ARRAMON_CONFIG" in capsys.readouterr().err
@@ -362,7 +365,7 @@ def test_collections_of_one_split_are_exported_as_one_with_several_languages(
     _, release = read_release(folder / "both.hi.release.json", "hi")
     assert len(release) == 2
     assert main(["collect", "export", "street", "--split", "both"]) == 1
-    assert "it is no export of street alone" in capsys.readouterr().err
+    assert "it is no export of this collection" in capsys.readouterr().err
 
 
 def test_a_collection_that_reviews_generated_texts(data: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -146,9 +146,9 @@ def test_a_host_sees_the_room_by_name_and_checks_in_words_for_hosts(site: Verify
             assert shown.count('class="yellow"') == 2
             room = tiny.episode("1")
             for stack in (*room.decoys, *(turn.target for turn in room.turns)):
-                type_ = stack.type
-                assert f"{type_.pattern} {type_.colour} {type_.kind}" in shown
-                assert all(f">{word}</text>" in shown for word in (type_.pattern, type_.colour, type_.kind))
+                words = (stack.type.pattern, stack.type.colour, stack.type.kind.replace("tv", "TV"))
+                assert f"<li>{' '.join(words)}" in shown
+                assert all(f">{word}</text>" in shown for word in words)
 
     asyncio.run(play())
 
