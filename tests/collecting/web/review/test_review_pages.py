@@ -145,9 +145,9 @@ def test_a_host_sees_the_room_by_name_and_checks_in_words_for_hosts(site: Verify
             assert "found nothing of this kind along the way: bench" in shown
             assert shown.count('class="yellow"') == 2
             room = tiny.episode("1")
-            for stack in (*room.decoys, *(turn.target for turn in room.turns)):
+            for stack in (*room.decoys, room.turns[0].target):  # what is there in turn 2
                 words = (stack.type.pattern, stack.type.colour, stack.type.kind.replace("tv", "TV"))
-                assert f"<li>{' '.join(words)}" in shown
+                assert " ".join(words) in shown
                 assert all(f">{word}</text>" in shown for word in words)
 
     asyncio.run(play())
