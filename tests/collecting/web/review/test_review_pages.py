@@ -145,8 +145,9 @@ def test_a_host_sees_the_room_by_name_and_checks_in_words_for_hosts(site: Verify
             assert "found nothing of this kind along the way: bench" in shown
             assert shown.count('class="yellow"') == 2
             room = tiny.episode("1")
-            for stack in (*room.decoys, room.turns[0].target):  # what is there in turn 2
-                words = (stack.type.pattern, stack.type.colour, stack.type.kind.replace("tv", "TV"))
+            types = [decoy.type for decoy in room.decoys]
+            for type_ in (*types, room.turns[0].target.type):  # what is there in turn 2
+                words = (type_.pattern, type_.colour, type_.kind.replace("tv", "TV"))
                 assert " ".join(words) in shown
                 assert all(f">{word}</text>" in shown for word in words)
 
