@@ -28,6 +28,9 @@ FILES = "files"
 
 LINK = re.compile(r"(?P<before>!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()(?P<target>[^)\s]+)(?P<after>[^)]*\))")
 ATTRIBUTE = re.compile(r"(?P<before>\b(?:src|href|srcset)=\")(?P<target>[^\"]+)(?P<after>\")")
+FIGURE = re.compile(r"^!\[[^\]]*\]\(([^)\s]+\.svg)\)$")
+"""A figure in a line of its own; on the site it is a link to itself, to be seen in its whole size."""
+
 FENCE = re.compile(r"^ *(```|~~~)")
 EXTERNAL = re.compile(r"[a-z]+:|#|//")
 
@@ -91,7 +94,7 @@ class Stage:
             relative = os.path.relpath(at, name.parent)
             return found["before"] + relative + (f"#{anchor}" if anchor else "") + found["after"]
 
-        return ATTRIBUTE.sub(link, LINK.sub(link, line))
+        return FIGURE.sub(r"[\g<0>](\g<1>)", ATTRIBUTE.sub(link, LINK.sub(link, line)))
 
     def _place(self, path: Path) -> Path | None:
         """Return where a file of the repository is in the folder of pages, copying it if need be; None if it is not."""
