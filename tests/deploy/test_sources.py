@@ -53,10 +53,11 @@ def test_wheels_made_from_sdists_hold_the_same(wheels: dict[str, Path], clone: P
 
 
 @pytest.mark.parametrize("options", [(), ("--editable",)], ids=["copy", "editable"])
-def test_a_clone_is_installed_by_the_readmes_command(
+def test_a_clone_is_installed_by_the_documented_command(
     options: tuple[str, ...], wheels: dict[str, Path], clone: Path, tmp_path: Path
 ) -> None:
-    (given,) = re.findall(r"^pip install (.* \.)(?: +#.*)?$", (ROOT / "README.md").read_text(), re.MULTILINE)
+    page = (ROOT / "docs" / "how-to" / "installing.md").read_text(encoding="utf-8")
+    (given,) = re.findall(r"^pip install (.* \.)(?: +#.*)?$", page, re.MULTILINE)
     environment = Environment(tmp_path / "environment", list(wheels.values()), ["setuptools"])
     environment.uninstall(environment.ours)
     environment.install_sources(clone, *(word for path in given.split() for word in (*options, path)))
