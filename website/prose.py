@@ -100,13 +100,14 @@ def _of_block(line: int, block: str) -> Iterator[Finding]:
             for found in re.finditer(expression, sentence, re.IGNORECASE):
                 yield Finding(line, advice, found[0])
         for advice, expression in OPENINGS.items():
-            if found := re.match(expression, sentence.lstrip('*"(')):
-                yield Finding(line, advice, found[0])
+            if opening := re.match(expression, sentence.lstrip('*"(')):
+                yield Finding(line, advice, opening[0])
 
 
 def _blocks(text: str) -> Iterator[tuple[int, str]]:
     """Yield paragraphs and items of lists with the numbers of their first lines."""
-    fenced, begun, block = False, 0, []
+    fenced, begun = False, 0
+    block: list[str] = []
     for number, line in enumerate([*text.split("\n"), ""], 1):
         fence = FENCE.match(line) is not None
         ends = fenced or fence or not line.strip() or BLOCK.match(line) is not None
