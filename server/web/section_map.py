@@ -42,6 +42,7 @@ class TurnPaths:
         start: start of the path played, or of the reference path if the turn was not begun.
         target: position of the target.
         end: end of the path played; None if the turn was not begun.
+        forced: whether a limit, not the agent, picked an object up.
     """
 
     truth: str
@@ -49,6 +50,7 @@ class TurnPaths:
     start: tuple[float, float]
     target: tuple[float, float]
     end: tuple[float, float] | None
+    forced: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +140,7 @@ def turn_paths(section: Section, record: TurnRecord) -> TurnPaths:
         place_on_map(section, path[0] if path else record.reference_path[0]),
         place_on_map(section, (record.target_position[0], record.target_position[2])),
         place_on_map(section, path[-1]) if path else None,
+        record.pickup_forced,
     )
 
 

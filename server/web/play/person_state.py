@@ -12,7 +12,8 @@ from arramon_server.sim.rules import Phase, State, reachable
 from arramon_server.web.named_things import object_name, thing_name
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.play.aids import Aids
-from arramon_server.web.play.outcomes import relative_heading
+from arramon_server.web.play.obstacles import find_obstacle
+from arramon_server.web.play.outcomes import Outcome, relative_heading
 from arramon_server.web.play.scene_words import visible_things
 
 NameOf = Callable[[ObjectType], str]
@@ -54,6 +55,8 @@ def person_state(
         "carried": "" if state.carried is None else name_of(state.carried),
         "outcome": outcome,
     }
+    if outcome in (Outcome.BLOCKED.value, Outcome.CANNOT_PLACE.value):
+        message["why"] = _why_not(event, texts, is_hidden=is_hidden)
     if event.time_left is not None:
         message["seconds_left"] = round(event.time_left.step_seconds, 1)
         message["bank_left"] = round(event.time_left.bank_seconds, 1)
@@ -74,6 +77,20 @@ def person_state(
 
 def _no_name(_type: ObjectType) -> str:
     return ""
+
+
+def _why_not(event: Observed, texts: PageTexts, *, is_hidden: bool) -> dict[str, str]:
+    """Return what kept a person from stepping or placing.
+
+    In the room the reason, which an agent knows from its turns. In the street the thing in the way and its side, unless
+    the split is hidden: its agents have no segmentation, which names things.
+    """
+    state = event.state
+    if state.phase is Phase.ASSEMBLY:
+        return {"reason": "oblique" if state.room_heading % 90.0 else "wall"}
+    found = None if is_hidden else find_obstacle(event.world.scene.bodies, state.pose)
+    name = "" if found is None else thing_name(texts, found.label)
+    return {"reason": "thing", "side": found.side, "name": name} if found is not None and name else {"reason": "street"}
 
 
 def _in_reach(event: Observed, name_of: NameOf) -> dict[str, Any]:

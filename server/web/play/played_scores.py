@@ -17,6 +17,7 @@ from arramon_server.web.episode_replays import EpisodeReplays
 from arramon_server.web.episodes_page import NOTHING, failure_of, map_labels, pile_name
 from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
+from arramon_server.web.play.turn_verdicts import turn_verdict
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.standings_page import columns
 from arramon_server.web.standings_query import METRICS
@@ -81,23 +82,44 @@ class PlayedScores:
         if ending is None:
             raise NotFound(f"run {run.run_id!r} has no ended episode {quoted(episode_id)}")
         played = self._replays.draw(run, ending)
+        objects = [
+            (turn.target.type, room.carried) for turn, room in zip(played.episode.turns, played.room_maps, strict=True)
+        ]
+        verdicts = [
+            turn_verdict(scores, target, carried, forced=track.forced)
+            for scores, (target, carried), track in zip(ending.scores, objects, played.tracks, strict=True)
+        ]
+        failures = [failure_of(turn) for turn in ending.scores]
         context = {
             "played": played,
+            "verdicts": [(verdict, *objects[number]) for number, verdict in enumerate(verdicts)],
+            "right": sum(verdict.is_right for verdict in verdicts),
             "metrics": METRICS,
             "columns": columns(t),
-            "failures": [failure_of(turn) for turn in ending.scores],
+            "failures": failures,
             "spoken": run.language,
             "said": partial(t.in_groups, ("play_path", "path")),
             "labels": [map_labels(t, run.language, played, turn) for turn in range(2)],
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: pile_name(t, pile),
         }
-        placed = [failure_of(turn) == NOTHING for turn in ending.scores]
+        placed = [failure == NOTHING for failure in failures]
         return self._renderer.page("play_episode.html", t, "", context).decode(), placed
 
     def _totals(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:  # noqa: ARG002, as `_episode`
         report = self._runs.report(caller, run.run_id)
         rows = [(t(f"turns.{name.removeprefix('turn ')}"), report.table.rows[name]) for name in ROWS]
         objects = [(t("play_path.turn", turn=turn), report.table.rows[f"turn {turn}"]) for turn in (1, 2)]
-        context = {"report": report, "rows": rows, "plain_rows": objects, "metrics": METRICS, "columns": columns(t)}
+        context = {
+            "report": report,
+            "rows": rows,
+            "plain_rows": objects,
+            "metrics": METRICS,
+            "columns": columns(t),
+            "episodes": [
+                (ending.episode_id, sum(failure_of(turn) == NOTHING for turn in ending.scores))
+                for ending in report.endings
+            ],
+            "is_watchable": run.account is None,  # People with a token would first have to sign in there.
+        }
         return self._renderer.page("play_totals.html", t, "", context).decode(), []

@@ -36,7 +36,7 @@ const game = new Game((message) => connection.send(message), {
   look: (step, jpeg) => view.look(jpeg, () => game.isWaitingForKey && game.state.step === step, () => {
     document.documentElement.dataset.looked = String(looking.degrees);
   }),
-  phaseEnded: (phase) => { if (phase.forced) view.status(texts.step_limit); else view.status(""); },
+  phaseEnded: (phase) => view.status(phase.forced ? texts[`step_limit_${phase.phase}`] : ""),
   ended: (ended) => {
     current.ended = ended.ended;
     lastPractised = practice !== null ? ended.episode : "";

@@ -1,8 +1,10 @@
 // Draws what the page shows: frame, texts, clocks, and the aids that the run has.
-import { aheadWords, stateWords } from "./words.js";
+import { aheadWords, stateWords, whyNotWords } from "./words.js";
 
 const STRIP = 4;  // frames in the strip
 const FEW_STEPS = 20;
+const WARNINGS = [20, 5]; // steps left in a part at which the page warns
+const FLASH_TIME = 1600; // milliseconds, and more for long messages
 const SVG = "http://www.w3.org/2000/svg";
 const element = (id) => document.getElementById(id);
 
@@ -75,22 +77,36 @@ export class View {
   }
 
   outcome(state, before, action) {
-    const text = state.outcome ? this.say(state.outcome, { object: state.carried || this.texts.carries_something }) : "";
+    const say = (...of) => this.say(...of);
+    const done = state.outcome ? say(state.outcome, { object: state.carried || this.texts.carries_something }) : "";
+    const text = state.outcome === "blocked" || state.outcome === "cannot_place" ? whyNotWords(say, state.outcome, state.why) : done;
+    const warning = before && before.phase === state.phase && WARNINGS.includes(state.steps_left) ? say("steps_warning", { steps: state.steps_left }) : "";
     const quiet = state.outcome === "moved" || state.outcome === "turned";
     const turned = { 1: "left", 2: "right" }[action];
     const said = state.outcome === "turned" && turned ? this.texts[`turned_${turned}`] : text;
     const isNear = state.ahead && (state.ahead.in_reach || state.phase === "assembly");
-    const ahead = isNear ? aheadWords((...of) => this.say(...of), state.ahead) : "";
-    element("outcome").textContent = [said, ahead].filter(Boolean).join(" ");
-    this.flash(quiet ? "" : text);
+    const ahead = isNear ? aheadWords(say, state.ahead) : "";
+    element("outcome").textContent = [said, ahead, warning].filter(Boolean).join(" ");
+    // What is shown over the picture need not stand below it, too: there it is for screen readers.
+    element("outcome").classList.toggle("unseen", !quiet && !ahead);
+    this.flash([quiet ? "" : text, warning].filter(Boolean).join(" "));
   }
 
   flash(text) {
     const flash = element("flash");
     clearTimeout(this.flashing);
     flash.textContent = text;
-    flash.classList.toggle("shown", Boolean(text));
-    if (text) this.flashing = setTimeout(() => flash.classList.remove("shown"), 1600);
+    flash.classList.remove("shown");
+    if (!text) return;
+    void flash.offsetWidth; // so that the same message is seen to come again
+    flash.classList.add("shown");
+    this.flashing = setTimeout(() => this.unflash(), FLASH_TIME + 30 * text.length);
+  }
+
+  // The message moves from the picture to the line below it.
+  unflash() {
+    element("flash").classList.remove("shown");
+    element("outcome").classList.remove("unseen");
   }
 
   tick() {

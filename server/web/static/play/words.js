@@ -13,6 +13,12 @@ export function aheadWords(say, ahead) {
   return say("cell_taken", { ...place, objects });
 }
 
+// What kept the person from stepping or placing; `why` as in a state's message.
+export function whyNotWords(say, outcome, why) {
+  if (!why) return say(outcome);
+  return say(why.reason === "thing" ? `blocked_${why.side}` : `${outcome}_${why.reason}`, { name: why.name });
+}
+
 // The visible things, third by third.
 export function sceneWords(say, scene) {
   if (!scene) return "";
