@@ -78,6 +78,10 @@ _WIDE = 0.58
 """Mean width of a letter, as a fraction of the font size."""
 
 
+_GAP = 0.6
+"""Gap after a label, in units."""
+
+
 def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLabel, ...]:
     """Place labels on the map so that they do not overlap; labels for which there is no space are left out.
 
@@ -91,7 +95,7 @@ def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLa
     width, height = section.bounds[2] - section.bounds[0] + 2 * MARGIN, z1 - z0 + 2 * MARGIN
     for name, point in named:
         x, y = place_on_map(section, point)
-        across = _WIDE * LETTER * len(name)
+        across = _WIDE * LETTER * len(name) + _GAP
         for dx, dy, anchor, left in (
             (1.2, 0.5, "start", 0.0),
             (-1.2, 0.5, "end", -across),

@@ -142,6 +142,14 @@ class Engine:
         else:
             asyncio.get_running_loop().call_later(1.01 * GATHER_SECONDS, self.wake)
 
+    def resume(self, stream: Stream) -> None:
+        """Assign further episodes to a stream that pauses between them."""
+        stream.resumed_after = len(stream.ended)
+        if stream in self._streams and stream.free_slots and not stream.has_run_end:
+            with self._guard(stream):
+                self._after_ending(stream)
+        self.wake()
+
     def leave(self, stream: Stream) -> None:
         """Remove a closed stream. Its episodes stay open, at first for the same player, later for others, too."""
         if stream in self._streams:

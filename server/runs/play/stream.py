@@ -82,6 +82,7 @@ class Stream:
         adopt: whether to take over at once the episodes that other players left open.
         transport: encodes and sends the events.
         is_interactive: whether a person waits for each answer: it is served before the streams of agents.
+        pauses: whether a person asks for each further episode: until then none is assigned, and no clock runs.
         clock: clock of its episodes; None if the run has no time limits.
         inbox: received messages of actions, oldest first; `receive` adds to them.
         due: time by `time.monotonic` at which they are applied even if few have arrived.
@@ -92,6 +93,7 @@ class Stream:
         opening: iterator that opens the first of them step by step; None if it has not begun.
         oldest_arrival: arrival time of the oldest actions that are not fully answered; None without such actions.
         ended: ids of episodes whose end was reported to the client: late answers to them are ignored.
+        resumed_after: number of ended episodes after which the person has asked for the next one.
     """
 
     run: Run
@@ -103,6 +105,7 @@ class Stream:
     adopt: bool
     transport: Transport
     is_interactive: bool = False
+    pauses: bool = False
     clock: StreamClock | None = None
     inbox: deque[ActionBatch] = field(default_factory=deque)
     due: float = 0.0
@@ -113,6 +116,7 @@ class Stream:
     opening: Iterator[None] | None = None
     oldest_arrival: float | None = None
     ended: set[str] = field(default_factory=set)
+    resumed_after: int = 0
     _taken: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
@@ -158,6 +162,8 @@ class Stream:
     @property
     def free_slots(self) -> int:
         """Number of further episodes that can be assigned to it."""
+        if self.pauses and len(self.ended) > self.resumed_after:
+            return 0
         return self.max_episodes - len(self.sessions) - len(self.assigned)
 
     def claim(self, session: EpisodeSession) -> Claim:

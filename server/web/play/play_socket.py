@@ -18,7 +18,17 @@ from arramon_server.runs.storage.records import Run
 from arramon_server.web.page_texts import DEFAULT_LANGUAGE, PageTexts, all_texts
 from arramon_server.web.play.browser_access import BrowserAccess
 from arramon_server.web.play.page_sender import JPEG_QUALITY, Message, PageSender
-from arramon_server.web.play.requests import AskScores, GiveUp, Hello, Key, Look, Publish, read_hello, read_request
+from arramon_server.web.play.requests import (
+    AskScores,
+    GiveUp,
+    Hello,
+    Key,
+    Look,
+    Next,
+    Publish,
+    read_hello,
+    read_request,
+)
 from arramon_server.web.play.socket_ground import PracticeGround, SocketGround
 
 HELLO_SECONDS = 20.0
@@ -140,6 +150,7 @@ class PlaySocket:
             adopt=True,
             transport=sender,
             is_interactive=True,
+            pauses=hello.pauses,
         )
         return stream, sender
 
@@ -192,7 +203,7 @@ class PlaySocket:
         """
         try:
             match read_request(text):
-                case Key() | GiveUp() | Look() if sender.has_run_end:
+                case Key() | GiveUp() | Look() | Next() if sender.has_run_end:
                     raise Conflict(f"run {stream.run.run_id!r} has ended; it takes no more actions")
                 case Key(episode, step, action):
                     self._ground.engine.receive(stream, [Act(episode, step, action=action)])
@@ -201,6 +212,8 @@ class PlaySocket:
                 case Look(episode, step, degrees):
                     sender.look(episode, step, degrees)
                     await asyncio.sleep(LOOK_SECONDS)
+                case Next():
+                    self._ground.engine.resume(stream)
                 case AskScores(episode):
                     html, placed = await self._ground.scores.html(
                         caller, stream.run, episode, texts_of(stream.run.language)

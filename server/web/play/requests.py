@@ -54,6 +54,7 @@ class Hello:
         size: side length of the images, in pixels.
         run: id of the run to continue, or a run to create.
         practice: whether the run is one of the tutorial.
+        pauses: whether the page asks for each further episode with `next`, once the person has read how the last went.
     """
 
     player: str
@@ -61,6 +62,7 @@ class Hello:
     size: int
     run: str | NewRun
     practice: bool = False
+    pauses: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,11 @@ class GiveUp:
     """The person gives up an episode."""
 
     episode: str
+
+
+@dataclass(frozen=True, slots=True)
+class Next:
+    """The person goes on to the next episode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +124,12 @@ def read_hello(text: str) -> Hello:
         raise BadInput("the first message has `run` and `new`, or neither; expected one of them")
     if run and not _RUN.fullmatch(run):
         raise BadInput(f"run is {run!r}, expected 32 hexadecimal digits")
-    practice = fields.get("practice", False)
-    if not isinstance(practice, bool):
-        raise BadInput("practice is neither true nor false")
+    practice, pauses = _flag(fields, "practice"), _flag(fields, "pauses")
     token, size = _text(fields, "token", 500, ""), _whole(fields, "size", 4096)
-    return Hello(player, token, size, run or _new_run(fields), practice)
+    return Hello(player, token, size, run or _new_run(fields), practice, pauses)
 
 
-def read_request(text: str) -> Key | Look | GiveUp | AskScores | Publish:
+def read_request(text: str) -> Key | Look | GiveUp | Next | AskScores | Publish:
     """Parse a further message of a page.
 
     Raises:
@@ -138,13 +143,16 @@ def read_request(text: str) -> Key | Look | GiveUp | AskScores | Publish:
             return _look(fields)
         case "give_up":
             return GiveUp(_text(fields, "episode", 200))
+        case "next":
+            return Next()
         case "scores":
             return AskScores(_text(fields, "episode", 200, ""))
         case "publish":
             return Publish()
         case other:
             raise BadInput(
-                f"a message is of type {quoted(str(other))}, expected 'key', 'look', 'give_up', 'scores' or 'publish'"
+                f"a message is of type {quoted(str(other))}, "
+                "expected 'key', 'look', 'give_up', 'next', 'scores' or 'publish'"
             )
 
 
@@ -183,6 +191,13 @@ def _fields(text: str) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise BadInput("a message is no JSON object")
     return content
+
+
+def _flag(fields: dict[str, Any], name: str) -> bool:
+    value = fields.get(name, False)
+    if not isinstance(value, bool):
+        raise BadInput(f"{name} is neither true nor false")
+    return value
 
 
 def _text(fields: dict[str, Any], name: str, longest: int, default: str | None = None) -> str:

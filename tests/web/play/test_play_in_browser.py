@@ -92,7 +92,10 @@ def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: Pag
     with window(browser, server) as page:
         page.goto(f"{server.site}/en/play")
         page.click("#practice button")
-        for episode in practice_split().episodes.values():
+        for number, episode in enumerate(practice_split().episodes.values()):
+            if number:
+                expect(page.locator("#result .verdicts .right")).to_have_count(2)
+                page.click("#next button")
             actions = [action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)]
             expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0", timeout=60_000)
             press(page, tuple(actions[:-1]))
@@ -218,3 +221,41 @@ def test_the_page_is_small_and_runs_nothing_inline(browser: Browser, server: Pag
     small = {url: size for url, size in sizes.items() if not url.endswith(".woff2")}
     assert len(small) >= 8
     assert sum(small.values()) < BYTES
+
+
+def test_between_episodes_a_person_reads_how_the_last_went(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        start(page, server, episodes=2)
+        press(page, (*tiny.ACTIONS[:3], *tiny.ACTIONS[4:-1]))
+        page.keyboard.press("Space")
+        expect(page.locator("#result .verdicts .wrong").first).to_contain_text("one tile, or one level, away")
+        expect(page.locator("#game")).to_be_hidden()
+        page.click("#next button")
+        drawn(page, 0)
+        expect(page.locator("#result")).to_be_empty()
+        page.on("dialog", lambda dialog: dialog.accept())
+        page.click("#give-up")
+        expect(page.locator("#totals")).to_contain_text("Objects right in the whole run: 0 of 4.")
+        expect(page.locator("#totals li a")).to_have_count(2)
+        page.reload()
+        expect(page.locator("#publish")).to_be_hidden()
+        page.click("#last button")
+        expect(page.locator("#publish")).to_be_visible()
+        page.click("#totals li a >> nth=0")
+        expect(page.locator("svg.map").first).to_be_visible()
+
+
+def test_another_language_says_that_a_run_waits(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        start(page, server)
+        page.goto(f"{server.site}/hi/play")
+        expect(page.locator("#elsewhere")).to_contain_text("English")
+
+
+@pytest.mark.parametrize("size", [{"width": 740, "height": 360}, {"width": 640, "height": 450}])
+def test_a_low_window_shows_picture_and_buttons(browser: Browser, server: PageServer, size: dict[str, int]) -> None:
+    with window(browser, server, viewport=size) as page:
+        start(page, server)
+        for part in ("#frame", "#instruction", "#interact"):
+            expect(page.locator(part)).to_be_in_viewport(ratio=0.9)
+        assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]

@@ -48,10 +48,13 @@ def test_further_messages(text: dict[str, object], expected: object) -> None:
     [
         ("", "a message is not JSON, or was truncated; expected a JSON object"),
         ("[1]", "a message is no JSON object"),
-        ('{"type": "fly"}', "a message is of type 'fly', expected 'key', 'look', 'give_up', 'scores' or 'publish'"),
+        (
+            '{"type": "fly"}',
+            "a message is of type 'fly', expected 'key', 'look', 'give_up', 'next', 'scores' or 'publish'",
+        ),
         (
             '{"type": ["key"]}',
-            "a message is of type \"['key']\", expected 'key', 'look', 'give_up', 'scores' or 'publish'",
+            "a message is of type \"['key']\", expected 'key', 'look', 'give_up', 'next', 'scores' or 'publish'",
         ),
         ('{"type": "key", "step": 1, "action": 0}', "episode is missing, expected a text"),
         ('{"type": "key", "episode": 5, "step": 1, "action": 0}', "episode is no text, expected a text"),

@@ -34,6 +34,23 @@ def with_page(site: str, work: Callable[[PageClient], Awaitable[object]]) -> obj
     return asyncio.run(run())
 
 
+def test_a_page_that_pauses_asks_for_the_next_episode(server: PageServer) -> None:
+    async def play(client: PageClient) -> None:
+        new = {"split": "tiny", "language": "en", "episodes": 2}
+        await client.say(type="hello", player="b" * 16, size=224, token="", new=new, pauses=True)
+        first = await client.until("state")
+        await client.say(type="give_up", episode=first["episode"])
+        await client.until("episode_ended")
+        await client.say(type="scores", episode=first["episode"])
+        assert (await client.message())["type"] == "scores"
+        await client.say(type="next")
+        assert (await client.message())["type"] == "started"
+        second = await client.until("state")
+        assert (second["episode"] != first["episode"], second["step"]) == (True, 0)
+
+    with_page(server.site, play)
+
+
 def test_an_episode_from_the_first_key_to_the_scores(server: PageServer) -> None:
     async def play(client: PageClient) -> None:
         await client.hello(size=448)

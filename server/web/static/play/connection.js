@@ -72,6 +72,9 @@ export class Connection {
     this.delay = Math.min(2 * this.delay, LONGEST_DELAY);
   }
 
+  // Nothing more is to be played: the connection is used while it lasts, and not opened again.
+  finish() { this.stopped = true; }
+
   stop() {
     this.stopped = true;
     clearTimeout(this.timer);

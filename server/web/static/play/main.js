@@ -15,11 +15,14 @@ const view = new View(texts);
 const form = element("start");
 const slow = navigator.connection?.saveData || /2g|3g/.test(navigator.connection?.effectiveType ?? "");
 
+const LOW = 480; // pixels of height below which the game is scrolled to
+
 let size = slow ? settings.sizes[1] : settings.sizes[0];
 let wanted = null;  // a new run to create; null to continue the one that is kept
 let practice = null; // null outside the tutorial; in it the id of its run, empty before it is opened
 let lastPractised = ""; // the last episode of the tutorial, whose scores are the placement test
 let hasProblem = false; // whether a refused message is shown
+let revisited = ""; // an ended run that is shown again
 let current = null; // the run, as the server opened it
 
 const game = new Game((message) => connection.send(message), {
@@ -41,8 +44,9 @@ const game = new Game((message) => connection.send(message), {
     current.ended = ended.ended;
     lastPractised = practice !== null ? ended.episode : "";
     view.progress(current.ended, current.episodes);
-    if (practice === null) view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
+    view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
     view.clearStrip();
+    if (current.ended < current.episodes) pause();
     if (!current.is_hidden) connection.send({ type: "scores", episode: ended.episode });
   },
   problem: (problem) => {
@@ -64,12 +68,12 @@ const looking = new Looking((degrees) => {
 }, (degrees) => view.looking(degrees));
 
 function hello() {
-  const first = { type: "hello", player: memory.player, token: memory.token, size };
+  const first = { type: "hello", player: memory.player, token: memory.token, size, pauses: true };
   if (practice !== null) {
     const lessons = { new: { split: "practice", language, episodes: 0 } };
     return { ...first, practice: true, ...(practice ? { run: practice } : lessons) };
   }
-  const kept = memory.run(language);
+  const kept = revisited || memory.run(language);
   if (kept && !wanted) return { ...first, run: kept };
   return { ...first, new: { ...wanted, language, participant: memory.name, earlier: memory.earlier } };
 }
@@ -83,22 +87,35 @@ function take(message) {
       else practice = message.run;
       view.opened(message);
       view.status("");
+      for (const button of gameButtons()) button.disabled = false;
+      // Without these aids it says only what is written there; the key X stays for screen readers.
+      element("describe").hidden = !(message.aids.scene_words || message.aids.ahead);
       showGame(true);
       break;
-    case "started": view.clearStrip(); break;
+    case "started":
+      view.clearStrip();
+      element("result").replaceChildren();
+      view.status("");
+      showGame(true);
+      break;
     case "look": break; // its view follows
     case "scores":
-      view.scores(message.html);
+      view.scores(message.html, message.episode === "");
+      element("onward").hidden = element("begin").hidden;
+      if (practice === null && !lastPractised) view.status(""); // it says how the episode ended, too
       if (practice === null && lastPractised && message.episode === lastPractised) {
         view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
       } else if (practice !== null) view.lessonEnded(message.placed.every(Boolean), current.ended, current.episodes);
       break;
     case "published":
       element("publish").hidden = true;
+      memory.keepLast(language, "");
+      prepareForm();
       view.published(`/${language}/runs/${message.run}`);
       break;
     case "run_ended":
       game.reset();
+      connection.finish();
       if (practice !== null) {
         practice = null;
         memory.notePractice();
@@ -107,10 +124,13 @@ function take(message) {
         break;
       }
       memory.end(language);
+      memory.keepLast(language, message.run);
+      revisited = lastPractised = "";
       showGame(false);
       view.status(view.say("run_ended", { ended: message.ended }));
       element("publish").hidden = message.state !== "COMPLETE";
-      if (current === null || current.is_hidden || current.episodes > 1) connection.send({ type: "scores", episode: "" });
+      for (const [number, note] of element("publish").querySelectorAll("span").entries()) note.hidden = Boolean(memory.token) !== (number === 1);
+      connection.send({ type: "scores", episode: "" });
       break;
     default: game.take(message);
   }
@@ -123,10 +143,24 @@ function refused(closed, isFinal) {
   if (!isFinal) return;
   const movedOn = closed.code === "Replaced" || closed.code === "TakenOver";
   element("again").hidden = !movedOn;
+  for (const button of gameButtons()) button.disabled = movedOn;
+  if (revisited && !movedOn) memory.keepLast(language, "");
+  revisited = "";
   if (practice !== null && closed.code === "NotFound") { practice = ""; connect(); return; } // it was kept in memory only
   if (practice !== null && !movedOn) practice = null;
   else if (closed.code === "NotFound" && !wanted) memory.end(language);
   if (!movedOn) showGame(false);
+}
+
+function gameButtons() { return element("game").querySelectorAll("button"); }
+
+// Between two episodes: the person reads how the last one went.
+function pause() {
+  showGame(true);
+  element("game").hidden = true;
+  document.body.classList.remove("playing");
+  element("next").hidden = false;
+  window.scrollTo(0, 0);
 }
 
 function showGame(plays) {
@@ -136,9 +170,20 @@ function showGame(plays) {
   element("practice").firstElementChild.hidden = isKnown;
   element("practice").classList.toggle("notice", !isKnown);
   element("practice").querySelector("button").classList.toggle("quiet", isKnown);
-  element("again").hidden = element("publish").hidden = true;
+  for (const id of ["again", "publish", "next", "onward"]) element(id).hidden = true;
+  if (!plays) { prepareForm(); window.scrollTo(0, 0); }
   document.body.classList.toggle("playing", plays);
-  if (plays) element("frame").focus({ preventScroll: true });
+  if (!plays) return;
+  element("totals").replaceChildren();
+  element("frame").focus({ preventScroll: true });
+  if (innerHeight < LOW) element("game").scrollIntoView();
+}
+
+// Says that runs in other languages wait there.
+function showElsewhere() {
+  const others = [...document.querySelectorAll("header nav a[hreflang]")].filter((link) => memory.run(link.hreflang));
+  element("elsewhere").textContent = others.map((link) => view.say("elsewhere", { language: link.textContent })).join(" ");
+  element("elsewhere").hidden = !others.length;
 }
 
 function connect() {
@@ -163,7 +208,7 @@ for (const button of document.querySelectorAll("[data-command]")) {
   button.addEventListener("click", commands[button.dataset.command]);
 }
 
-element("describe").hidden = element("swipes").hidden = false; // other pages with the game have neither
+element("swipes").hidden = false; // other pages with the game have none
 function useSwipes() {
   document.querySelector(".frame").classList.toggle("swiped", memory.swipes);
   element("swipes").querySelector("input").checked = memory.swipes;
@@ -176,11 +221,26 @@ element("swipes").querySelector("input").addEventListener("change", (event) => {
 
 element("practice").querySelector("button").addEventListener("click", () => {
   practice = "";
+  revisited = "";
   element("result").replaceChildren();
+  element("totals").replaceChildren();
   connect();
 });
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
-element("publish").querySelector("button").addEventListener("click", () => connection.send({ type: "publish" }));
+element("next").querySelector("button").addEventListener("click", () => {
+  element("next").hidden = true;
+  connection.send({ type: "next" });
+});
+element("publish").querySelector("button").addEventListener("click", () => {
+  if (!connection.send({ type: "publish" })) showLast(); // it was closed long ago; the button is there again
+});
+element("last")?.querySelector("button").addEventListener("click", showLast);
+function showLast() {
+  revisited = memory.last(language);
+  practice = null;
+  element("result").replaceChildren();
+  connect();
+}
 element("give-up").addEventListener("click", () => {
   if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
 });
@@ -194,7 +254,9 @@ form?.addEventListener("submit", (event) => {
   size = Number(form.elements.size.value);
   wanted = { split: split.value, episodes: hidden ? 0 : Number(episodes.value) };
   element("result").replaceChildren();
+  element("totals").replaceChildren();
   practice = null;
+  revisited = "";
   connect();
 });
 form?.elements.split.addEventListener("change", prepareForm);
@@ -208,6 +270,7 @@ function prepareForm() {
   element("hidden-note").hidden = !hidden;
   form.elements.token.required = "needed" in form.elements.token.dataset;
   element("forget").hidden = !memory.run(language);
+  element("last").hidden = !memory.last(language);
 }
 
 if (form) {
@@ -216,5 +279,6 @@ if (form) {
   form.elements.size.value = String(size);
 }
 prepareForm();
+showElsewhere();
 element("how")?.toggleAttribute("open", memory.earlier.length === 0);
 if (memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);

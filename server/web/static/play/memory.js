@@ -33,6 +33,14 @@ export class Memory {
   // The run in play in a language.
   run(language) { return this.kept.current[language] ?? ""; }
 
+  // The last run that ended in a language, until it is published.
+  last(language) { return this.kept.last?.[language] ?? ""; }
+
+  keepLast(language, run) {
+    this.kept.last = { ...this.kept.last, [language]: run };
+    this.save();
+  }
+
   begin(language, run) {
     this.kept.current[language] = run;
     if (!this.kept.runs.includes(run)) this.kept.runs = [...this.kept.runs, run].slice(-MOST_RUNS);

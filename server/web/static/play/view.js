@@ -5,6 +5,7 @@ const STRIP = 4;  // frames in the strip
 const FEW_STEPS = 20;
 const WARNINGS = [20, 5]; // steps left in a part at which the page warns
 const FLASH_TIME = 1600; // milliseconds, and more for long messages
+const MAP_MARGIN = 4, MAP_LEAST = 30; // metres of streets around a way, and at least shown
 const SVG = "http://www.w3.org/2000/svg";
 const element = (id) => document.getElementById(id);
 
@@ -18,6 +19,7 @@ export class View {
     this.drawing = Promise.resolve();
     setInterval(() => this.tick(), 500);
     drawGrid(document.querySelector("#landing .grid"));
+    this.landingCaption = document.querySelector("#landing figcaption").textContent;
   }
 
   say(key, values = {}) {
@@ -60,7 +62,6 @@ export class View {
     element("phase").textContent = this.say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn });
     const instruction = element("instruction");
     if (instruction.textContent !== state.instruction) instruction.textContent = state.instruction;
-    instruction.classList.toggle("fresh", state.phase_step === 0);
     element("carried").textContent = !state.carries ? this.texts.carries_nothing : state.carried || this.texts.carries_something;
     element("steps").textContent = String(state.steps_left);
     element("steps").classList.toggle("few", state.steps_left <= FEW_STEPS);
@@ -205,6 +206,7 @@ export class View {
       ? this.say("landing_cell", { column: landing.landing[0] + 1, row: landing.landing[1] + 1 })
       : this.texts.landing_none;
     figure.querySelector("svg").setAttribute("aria-label", words);
+    figure.querySelector("figcaption").textContent = landing.landing ? this.landingCaption : this.texts.landing_oblique;
   }
 
   published(address) {
@@ -213,16 +215,25 @@ export class View {
     element("status").hidden = false;
   }
 
-  scores(html) {
+  // Shows scores as HTML; those of the whole run above those of its last episode.
+  scores(html, isRun) {
+    const place = element(isRun && element("totals") ? "totals" : "result");
     const page = new DOMParser().parseFromString(html, "text/html"); // runs no scripts
-    element("result").replaceChildren(...page.body.childNodes);
-    for (const box of document.querySelectorAll("#result .sight")) { // on a phone a map is wider than its box
-      const start = box.querySelector(".start").getBoundingClientRect(), edge = box.getBoundingClientRect();
-      box.scrollLeft += start.left - edge.left - edge.width / 2;
-    }
+    place.replaceChildren(...page.body.childNodes);
+    for (const map of place.querySelectorAll(".sight .map")) showRoute(map);
     // A person who plays on is not interrupted.
-    if (element("game").hidden) element("result").querySelector("h2")?.focus({ preventScroll: true });
+    if (element("game").hidden) place.querySelector("h2")?.focus({ preventScroll: true });
   }
+}
+
+// Shows of a map of the streets the part around the two ways, so that it fits a phone.
+function showRoute(map) {
+  const shown = map.querySelectorAll(".truth, .played, .target, .end, .names text");
+  const boxes = [...shown].map((one) => one.getBBox());
+  const left = Math.min(...boxes.map((box) => box.x)), top = Math.min(...boxes.map((box) => box.y));
+  const right = Math.max(...boxes.map((box) => box.x + box.width)), bottom = Math.max(...boxes.map((box) => box.y + box.height));
+  const width = Math.max(right - left + 2 * MAP_MARGIN, MAP_LEAST), height = Math.max(bottom - top + 2 * MAP_MARGIN, MAP_LEAST);
+  map.setAttribute("viewBox", [(left + right - width) / 2, (top + bottom - height) / 2, width, height].join(" "));
 }
 
 function drawGrid(group) {
