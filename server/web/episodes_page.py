@@ -171,7 +171,7 @@ class EpisodesPage:
             "failures": _failures(played.ending),
             "void": episode_id in voided_by(self._board.corrections(entry.run.split)),
             "labels": [map_labels(t, entry.run.language, played, turn) for turn in range(2)],
-            "said": partial(t.in_groups, ("path",)),
+            "path_text": partial(t.in_groups, ("path",)),
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: pile_name(t, pile),
         }

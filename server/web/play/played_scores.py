@@ -98,7 +98,7 @@ class PlayedScores:
             "columns": columns(t),
             "failures": failures,
             "spoken": run.language,
-            "said": partial(t.in_groups, ("play_path", "path")),
+            "path_text": partial(t.in_groups, ("play_path", "path")),
             "labels": [map_labels(t, run.language, played, turn) for turn in range(2)],
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: pile_name(t, pile),

@@ -102,7 +102,7 @@ function take(message) {
     case "scores":
       view.scores(message.html, message.episode === "");
       element("onward").hidden = element("begin").hidden;
-      if (practice === null && !lastPractised) view.status(""); // it says how the episode ended, too
+      if (practice === null && !element("next").hidden) view.status(""); // the result says how the episode ended, too
       if (practice === null && lastPractised && message.episode === lastPractised) {
         view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
       } else if (practice !== null) view.lessonEnded(message.placed.every(Boolean), current.ended, current.episodes);
@@ -160,6 +160,7 @@ function pause() {
   element("game").hidden = true;
   document.body.classList.remove("playing");
   element("next").hidden = false;
+  element("next").querySelector("span").hidden = view.clock === null;
   window.scrollTo(0, 0);
 }
 

@@ -6,6 +6,7 @@ const FEW_STEPS = 20;
 const WARNINGS = [20, 5]; // steps left in a part at which the page warns
 const FLASH_TIME = 1600; // milliseconds, and more for long messages
 const MAP_MARGIN = 4, MAP_LEAST = 30; // metres of streets around a way, and at least shown
+const MAP_SCALE = 11; // pixels a metre at most, so that names are no larger than other text
 const SVG = "http://www.w3.org/2000/svg";
 const element = (id) => document.getElementById(id);
 
@@ -232,7 +233,8 @@ function showRoute(map) {
   const boxes = [...shown].map((one) => one.getBBox());
   const left = Math.min(...boxes.map((box) => box.x)), top = Math.min(...boxes.map((box) => box.y));
   const right = Math.max(...boxes.map((box) => box.x + box.width)), bottom = Math.max(...boxes.map((box) => box.y + box.height));
-  const width = Math.max(right - left + 2 * MAP_MARGIN, MAP_LEAST), height = Math.max(bottom - top + 2 * MAP_MARGIN, MAP_LEAST);
+  const least = Math.max(MAP_LEAST, map.clientWidth / MAP_SCALE);
+  const width = Math.max(right - left + 2 * MAP_MARGIN, least), height = Math.max(bottom - top + 2 * MAP_MARGIN, 0.75 * least);
   map.setAttribute("viewBox", [(left + right - width) / 2, (top + bottom - height) / 2, width, height].join(" "));
 }
 
