@@ -40,7 +40,10 @@ KINDS = frozenset((*COLLECTIBLES, *FURNITURE, *PLACES, "building", "wall", ""))
 """Kinds that may have nouns; "" is a collectible of which only attributes are stated."""
 
 CLAUSES = ("turn", "turn at", "turn before", "turn after", "turn face", "face", *(f"walk {way}" for way in WAYS))
-"""Clauses of steps: keys of [steps] in `phrases.toml`, possibly followed by a kind, "same" or "group"."""
+"""Clauses of steps: keys of [steps] in `phrases.toml`, possibly followed by a kind, "same" or "group".
+
+"turn at faced" is a turn at the last thing mentioned, which one faces or walks towards and has not reached;
+"walk past to" and "walk past towards" are two walks, past {thing} and on to {other}. These are optional."""
 
 ONLY_READ_CLAUSES = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
@@ -95,7 +98,7 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("grammar", "text"): frozenset(
         (
             *("per_episode", "sentence_end", "spelling", "reading", "free_reading", "folding", "openers", "owners"),
-            *("asides", "clumsy", "straight", "first_mention", "ends", "small_letters", "favourites"),
+            *("asides", "clumsy", "straight", "first_mention", "ends", "small_letters", "evenness", "favourites"),
         )
     ),
     ("grammar", "text", "owners"): frozenset(("of", "own")),
@@ -109,7 +112,7 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("phrases", "joins"): frozenset(
         (
             *("sentence", "assembly", "first", "later", "last"),
-            *("where", "where of more", "where after clause", "nested where"),
+            *("where", "where of more", "where of you", "where after clause", "nested where"),
         )
     ),
     ("chunks", "endings"): frozenset(("consonant", "vowel")),
@@ -148,6 +151,7 @@ def read_file(folder: Path, name: str) -> Mapping[str, Any]:
 
 def _check_phrases(path: Path, data: Mapping[str, Any]) -> None:
     steps = {f"{clause}{end}" for clause in CLAUSES for end in ("", " same", " group", *(f" {kind}" for kind in KINDS))}
+    steps |= {"turn at faced", "walk past to", "walk past towards"}
     wheres = {f"{relation}{end}" for relation in RELATIONS for end in ("", " same", " group", " you", " nested")}
     _check(path, "steps", data.get("steps", {}), steps)
     _check(path, "where", data.get("where", {}), wheres)

@@ -4,7 +4,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from arramon_lang.patterns import Pattern, parse, spell_out, split_weight, with_fragments
+from arramon_lang.patterns import (
+    Pattern,
+    Sequence,
+    parse,
+    possible_slots,
+    required_slots,
+    spell_out,
+    split_weight,
+    with_fragments,
+)
 
 SLOTS = frozenset(
     (
@@ -126,11 +135,14 @@ class Grammar:
         self.straight: str = text.get("straight", "")
         self.first_mention: frozenset[str] = frozenset(text.get("first_mention", []))
         self.ends: dict[str, float] = text.get("ends", {self.sentence_end: 1.0})
+        self.evenness: float = text.get("evenness", 1.0)
         self.small_letters: float = text.get("small_letters", 0.0)
         self.favourites: list[list[str]] = text.get("favourites", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}
         self._slots: frozenset[str] = frozenset(self.words)
+        self._introduced: dict[int, tuple[Sequence, frozenset[str]]] = {}
+        self._slots_of: dict[int, tuple[Sequence, tuple[frozenset[str], frozenset[str]]]] = {}
         self.tables = {
             slot: Table(table["of"], self._tabled(f"tables.{slot}", table["values"]))
             for slot, table in grammar["tables"].items()
@@ -201,6 +213,25 @@ class Grammar:
             if mark not in self._axis_of:
                 raise ValueError(f"{mark!r} is not a value of a feature; expected one of {', '.join(self._axis_of)}")
         return {self._axis_of[mark]: mark for mark in marks}
+
+    def slots_of(self, body: Sequence) -> tuple[frozenset[str], frozenset[str]]:
+        """Return the slots that every variant of one of the grammar's sequences contains, and those that some do."""
+        known = self._slots_of.get(id(body))
+        if known is None:
+            fillable = SLOTS | self.tables.keys()
+            known = self._slots_of[id(body)] = (
+                body,  # Kept, so that its id stays its own.
+                (required_slots(body, fillable), possible_slots(body, fillable)),
+            )
+        return known[1]
+
+    def introduced_slots(self, pattern: Pattern) -> frozenset[str]:
+        """Return the slots that one of the grammar's patterns fills with things not mentioned before."""
+        known = self._introduced.get(id(pattern.body))
+        if known is None:
+            slots = (slot.name for slot in pattern.slots() if self.first_mention.intersection(slot.marks))
+            known = self._introduced[id(pattern.body)] = (pattern.body, frozenset(slots))
+        return known[1]
 
     def noun_phrases_of(self, kind: str) -> tuple[Pattern, ...]:
         """Return the noun phrases for one thing of a kind: specific to the kind, or general."""

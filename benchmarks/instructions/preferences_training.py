@@ -1,10 +1,11 @@
 """Training of a language's preferences among drafts: `python -m benchmarks.instructions.preferences_training DATA`.
 
 The writer draws several drafts of a text, and one of them by the odds that people write such word sequences
-(`lang/writing/preferences.py`). The weights are learnt in rounds: the texts of a generated data set are read and
-written anew with the weights so far; a logistic regression tells them from those of the official release's val-seen
-file, whose folder ARRAMON_RELEASE names; its weights are added. When it can no longer tell them apart, the writer uses
-each sequence as often as people do, as far as its drafts and plans allow.
+(`lang/writing/preferences.py`). The weights are those of a conditional maximum-entropy model: with them, the expected
+share of the drawn texts that contain a sequence is people's share, as far as the drafts and a penalty allow. So nothing
+is written more often than people write it, and what they seldom write stays. The drafts are of the meanings of a
+generated data set; people's texts are those of the official release's val-seen file, whose folder ARRAMON_RELEASE
+names.
 
 The file that is written has weights of sequences of function words, verbs and marks, each in at least `MIN_TEXTS`
 texts. It contains no text of the release, and no name of a thing.
@@ -15,55 +16,77 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize
+from scipy.sparse import csr_matrix
 from sklearn.feature_extraction.text import CountVectorizer
-from sklearn.linear_model import LogisticRegression
 
 import arramon_lang as lang
 from arramon_dataset.randomness import seeded
 from arramon_lang.language import ROOT
 from arramon_lang.meaning import Meaning
-from arramon_lang.writing.preferences import LONGEST, Preferences, reduced
-from arramon_lang.writing.writer import Writer
-from benchmarks.common import parser_of, positive_int
+from arramon_lang.writing.preferences import LONGEST, reduced
+from arramon_lang.writing.writer import PREFERRED_DRAFTS, Writer
+from benchmarks.common import parser_of
 from benchmarks.instructions.distinguish import PHASES, compared_texts, generated_texts
 from benchmarks.instructions.masking import masked_words
 
-MIN_TEXTS = 20
+MIN_TEXTS = 10
 """Minimum number of texts that contain a word, and a sequence of words."""
 
-STRENGTH = 0.05
-"""Inverse strength of each round's L2 penalty."""
+PENALTY = 0.0005
+"""Weight of the squared sum of weights, per text."""
 
-STEP = 0.8
-"""Share of a round's weights that is added."""
+MAX_ITERATIONS = 150
 
 LEAST = 0.05
 """Weights below this are left out of the file."""
 
 LANGUAGE = "en"
 
+Floats = npt.NDArray[np.float64]
+Drafts = Sequence[tuple[list[str], list[float]]]
+"""For each text its drafts, and their log-odds without preferences."""
 
-def train(meanings: Sequence[Sequence[Meaning]], theirs: Sequence[str], phase: str, rounds: int) -> dict[str, float]:
-    """Return the weights of word sequences for one phase.
+
+def train(drafts: Drafts, theirs: Sequence[str]) -> dict[str, float]:
+    """Return the weights of word sequences with which drawn drafts contain each as often as people's texts do."""
+    texts = [draft for each, _ in drafts for draft in each]
+    either = (*theirs, *(each[0] for each, _ in drafts))
+    ngrams = CountVectorizer(analyzer=_Analyzer(frequent_words(either)), min_df=MIN_TEXTS, binary=True).fit(either)
+    people = np.asarray(ngrams.transform(theirs).mean(axis=0)).ravel()
+    contained = csr_matrix(ngrams.transform(texts), dtype=np.float64)
+    base = np.array([odds for _, each in drafts for odds in each])
+    starts = np.cumsum([0, *(len(each) for each, _ in drafts)])[:-1]
+    weights = _fitted(contained, base, starts, people)
+    return dict(zip(map(str, ngrams.get_feature_names_out()), weights.tolist(), strict=True))
+
+
+def _fitted(contained: csr_matrix, base: Floats, starts: npt.NDArray[np.int64], people: Floats) -> Floats:
+    """Return the weights at which the expected share of drawn drafts with each sequence is `people`'s.
 
     Args:
-        meanings: by episode; one voice writes those of an episode.
-        theirs: people's texts.
-        phase: "navigation" or "assembly".
-        rounds: number of rounds.
+        contained: (drafts, sequences), 1 where a draft contains a sequence.
+        base: (drafts,), log-odds without preferences.
+        starts: (texts,), index of each text's first draft.
+        people: (sequences,), share of people's texts that contain each sequence.
     """
-    weights: dict[str, float] = {}
-    for number in range(rounds):
-        ours = written(meanings, phase, weights, number)
-        kept = frequent_words((*theirs, *ours))
-        ngrams = CountVectorizer(analyzer=_Analyzer(kept), min_df=MIN_TEXTS, binary=True)
-        found = ngrams.fit_transform((*theirs, *ours))
-        sides = [True] * len(theirs) + [False] * len(ours)
-        model = LogisticRegression(C=STRENGTH, max_iter=2000, class_weight="balanced").fit(found, sides)
-        print(f"{phase}, round {number + 1}: {model.score(found, sides):.3f} of the texts are told apart", flush=True)
-        for name, weight in zip(ngrams.get_feature_names_out(), model.coef_[0], strict=True):
-            weights[name] = weights.get(name, 0.0) + STEP * float(weight)
-    return weights
+    sizes = np.diff([*starts, len(base)])
+
+    def loss(weights: Floats) -> tuple[float, Floats]:
+        odds = base + contained @ weights
+        best = np.maximum.reduceat(odds, starts)
+        shares = np.exp(odds - np.repeat(best, sizes))
+        totals = np.add.reduceat(shares, starts)
+        shares /= np.repeat(totals, sizes) * len(starts)
+        value = float(np.mean(best + np.log(totals)) - weights @ people + PENALTY * (weights @ weights))
+        return value, contained.T @ shares - people + 2 * PENALTY * weights
+
+    found = minimize(
+        loss, np.zeros(contained.shape[1]), jac=True, method="L-BFGS-B", options={"maxiter": MAX_ITERATIONS}
+    )
+    return np.asarray(found.x, dtype=np.float64)
 
 
 class _Analyzer:
@@ -83,28 +106,29 @@ def frequent_words(texts: Iterable[str]) -> set[str]:
     return {word for word, count in counts.items() if count >= MIN_TEXTS and not word.isupper()} - {"<", ">"}
 
 
-def written(meanings: Sequence[Sequence[Meaning]], phase: str, weights: dict[str, float], seed: int) -> list[str]:
-    """Return a text for each meaning, written with these weights."""
-    writer, language = Writer(lang.load(LANGUAGE).grammar, Preferences({phase: weights})), lang.load(LANGUAGE)
-    texts = []
+def drafts_of(meanings: Sequence[Sequence[Meaning]], phase: str) -> Drafts:
+    """Return drafts of each meaning; one voice writes those of an episode."""
+    language, found = lang.load(LANGUAGE), []
+    writer = Writer(language.grammar)
     for number, episode in enumerate(meanings):
-        voice = language.draw_voice(seeded(seed, number))
-        texts += [writer.write(each, seeded(seed, number, at), voice) for at, each in enumerate(episode)]
-    return texts
+        voice = language.draw_voice(seeded(number))
+        for at, each in enumerate(episode):
+            drafts = writer.drafts(each, seeded(number, at), voice, PREFERRED_DRAFTS[phase])
+            found.append((drafts, [-voice.manner.brevity * len(draft.split()) for draft in drafts]))
+    return found
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Train both phases and write the file; return the exit status."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`, of a seed for training only")
-    parser.add_argument("--rounds", type=positive_int, default=8, metavar="N", help="rounds (default: %(default)s)")
     arguments = parser.parse_args(argv)
     language, lines = lang.load(LANGUAGE), [_HEADER]
     for phase in PHASES:
         theirs = [text for episode in compared_texts(LANGUAGE, phase) for text in episode]
         episodes = generated_texts(arguments.data, LANGUAGE, phase)
         meanings = [[language.read(text, phase) for text in episode] for episode in episodes]
-        weights = train(meanings, theirs, phase, arguments.rounds)
+        weights = train(drafts_of(meanings, phase), theirs)
         listed = sorted((key, weight) for key, weight in weights.items() if abs(weight) >= LEAST)
         lines += [f"\n[{phase}]", *(f"{_quoted(key)} = {weight:.2f}" for key, weight in listed)]
     path = ROOT / LANGUAGE / "preferences.toml"

@@ -50,8 +50,11 @@ class ParsedPart:
 
 def bound_things(bound: Mapping[str, object], kind: str, *, is_between: bool) -> tuple[NounPhrase, ...]:
     """Return the noun phrases of a clause or relation; `kind` is the last word of its key ("same", "you")."""
-    if kind in ("same", "you", "corner"):
-        return (NounPhrase("", reference=PRONOUN) if kind == "same" else NounPhrase(kind),)
+    if kind in ("you", "corner"):
+        return (NounPhrase(kind),)
+    if kind == "same":
+        other = bound.get("other")
+        return (NounPhrase("", reference=PRONOUN), *([other] if isinstance(other, NounPhrase) else []))
     things = tuple(
         bound[slot]
         for slot in ("thing", "landmark", "holder", "pair", "several", "other", "further", "wall")
@@ -143,7 +146,7 @@ class Discourse:
         words = ("walk past" if item.label == "landmark" else item.label.removesuffix(BARE)).split()
         size = 2 if words[0] == "walk" or (len(words) > 1 and words[0] == "turn") else 1
         key, rest = " ".join(words[:size]), words[size:]
-        named = bound_things(bound, "same" if rest == ["same"] else "", is_between=key == "walk between")
+        named = bound_things(bound, "same" if rest in (["same"], ["faced"]) else "", is_between=key == "walk between")
         if len(named) == 2 and not (named[1].kind or named[1].reference):
             named = named[0], replace(named[1], kind=named[0].kind)  # "The glass building and the brick one."
         things = self.things(named)
@@ -162,6 +165,9 @@ class Discourse:
         things = tuple(
             self._of_last_kind(thing, CROSSED_KINDS if rest == ["zebra_crossing"] else ()) for thing in things
         )
+        if rest in (["to"], ["towards"]) and key == "walk past" and len(things) == 2:
+            self.focus, self.mentioned_things = focus_after(things[1:], self.focus), [*self.mentioned_things, *things]
+            return [Walk("past", things[:1]), Walk(rest[0], things[1:])]
         each = [things] if key == "walk between" or len(things) < 2 else [(thing,) for thing in things]
         count = int(self.attribute(bound, "count") or 0)
         try:

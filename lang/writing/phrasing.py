@@ -6,9 +6,9 @@ from random import Random
 from typing import Protocol, TypeVar
 
 from arramon_lang.clauses import Value, focus_after, thing_slots
-from arramon_lang.grammar import INSIDE, SLOTS, Grammar, Lexeme, LookWording
+from arramon_lang.grammar import INSIDE, Grammar, Lexeme, LookWording
 from arramon_lang.meaning import Thing, Where
-from arramon_lang.patterns import Alternatives, Pattern, Sequence, possible_slots, required_slots
+from arramon_lang.patterns import Alternatives, Pattern, Sequence
 from arramon_lang.writing.voice import Voice, draw_voice
 
 Filler = Callable[[Mapping[str, str]], str]
@@ -17,8 +17,8 @@ Filler = Callable[[Mapping[str, str]], str]
 ANAPHORA_PROBABILITY = 0.12
 """Probability of an anaphoric reference ("that bench") to a thing that was just mentioned, if it is unambiguous."""
 
-PRONOUN_PROBABILITY = 0.6
-"""Probability of a pronoun for the landmark of a relation ("next to it") that was mentioned last."""
+FOCUSED_PROBABILITY = 0.8
+"""The same for the thing that was mentioned last, where the language has no wording with a pronoun."""
 
 NOUN = "\0"
 """Marks the start of the noun while a noun phrase is composed."""
@@ -97,15 +97,16 @@ class Phraser:
         """
         content, fillers = frozenset(content), fillers or {}
         tables = self.grammar.tables
-        known = SLOTS | tables.keys()
         fitting = []
         for pattern in patterns:
             if not pattern.weight:
                 continue
-            must = required_slots(pattern.body, known)
-            can = {slot for slot in possible_slots(pattern.body, known) if slot not in tables or slot in fillers}
+            must, possible = self.grammar.slots_of(pattern.body)
+            can = {slot for slot in possible if slot not in tables or slot in fillers}
+            if not must <= can:
+                continue
             attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
-            if must <= can and {tables[s].attribute if s in tables else s for s in must} <= content <= attributes:
+            if {tables[s].attribute if s in tables else s for s in must} <= content <= attributes:
                 fitting.append(pattern)
         return fitting
 
@@ -137,15 +138,15 @@ class Phraser:
 
     def _option(self, choice: Alternatives, content: Iterable[str]) -> Sequence:
         """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
-        known, content = SLOTS | self.grammar.tables.keys(), frozenset(content)
+        content, slots_of = frozenset(content), self.grammar.slots_of
         weights = choice.weights or (1.0,) * len(choice.options)
         allowed = [
-            (o, w) for o, w in zip(choice.options, weights, strict=True) if w and required_slots(o, known) <= content
+            (option, weight)
+            for option, weight in zip(choice.options, weights, strict=True)
+            if weight and slots_of(option)[0] <= content
         ]
-        most = max(len(possible_slots(option, known) & content) for option, _ in allowed)
-        fullest = [
-            (option, weight) for option, weight in allowed if len(possible_slots(option, known) & content) == most
-        ]
+        most = max(len(slots_of(option)[1] & content) for option, _ in allowed)
+        fullest = [(option, weight) for option, weight in allowed if len(slots_of(option)[1] & content) == most]
         (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
         return chosen
 
@@ -188,7 +189,8 @@ class Phraser:
             if slot in ("pair", "several"):
                 fillers[slot] = self._plural(thing, noun, slot)
             elif self._must_be_short(thing) or (
-                self._may_be_short(thing) and self.random.random() < ANAPHORA_PROBABILITY
+                self._may_be_short(thing)
+                and self.random.random() < (FOCUSED_PROBABILITY if thing.is_same(self.focus) else ANAPHORA_PROBABILITY)
             ):
                 fillers[slot] = self._short(thing, noun)
             else:
@@ -235,12 +237,8 @@ class Phraser:
                 value.which or value.where or value.kind in NEVER_NEW or any(map(value.is_same, self.mentioned_things))
             )
         }
-        first = self.grammar.first_mention
-        return [
-            pattern
-            for pattern in patterns
-            if not any(slot.name in known and first.intersection(slot.marks) for slot in pattern.slots())
-        ]
+        introduced = self.grammar.introduced_slots
+        return [pattern for pattern in patterns if known.isdisjoint(introduced(pattern))]
 
     def _is_mentioned(self, thing: Thing) -> bool:
         return any(map(thing.is_same, self.mentioned_things))
@@ -318,6 +316,8 @@ class Phraser:
                     key = "where" if number == len(wheres) - 1 else "where of more"
                 if top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
+                elif top and where.things[0].kind == "you" and "where of you" in self.grammar.joins:
+                    key = "where of you"
                 fillers = {"a": constant(text), "b": constant(content)}
                 content = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)
             text = content
@@ -330,7 +330,7 @@ class Phraser:
         if len(wheres) != 2 or wheres[0].relation != wheres[1].relation or any(where.exactly for where in wheres):
             return wheres
         things = tuple(thing for where in wheres for thing in where.things)
-        plain = len(things) == 2 and not any(t.number or t.where or t.kind in ("you", "wall") for t in things)
+        plain = len(things) == 2 and not any(t.number or t.where or t.kind == "you" for t in things)
         patterns = self.grammar.where.get(wheres[0].relation, ()) if plain and wheres[0].relation != "between" else ()
         return (_Pair(wheres[0].relation, things),) if self.fitting(patterns, ("thing", "other")) else wheres
 
@@ -350,11 +350,7 @@ class Phraser:
             patterns = self.fitting(listed.get(f"{where.relation} you", ()), content.keys() - {"thing"}, tables)
         elif not top and f"{where.relation} nested" in listed:
             patterns = self.fitting(listed[f"{where.relation} nested"], content, tables)
-        elif (
-            content.keys() == {"thing"}
-            and where.things[0].is_same(self.focus)
-            and self.random.random() < PRONOUN_PROBABILITY
-        ):
+        elif content.keys() == {"thing"} and where.things[0].is_same(self.focus):
             patterns = self.fitting(listed.get(f"{where.relation} same", ()), content.keys() - {"thing"}, tables)
         if kind != "you" or "thing" not in content:
             patterns = patterns or self.fitting(listed.get(where.relation, ()), content, tables)

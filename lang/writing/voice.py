@@ -88,7 +88,7 @@ def draw_voice(grammar: Grammar, random: Random, manner: Manner | None = None) -
 
     def one(options: Iterable[_T]) -> _T:
         listed = list(options)
-        return random.choices(listed, [option.weight for option in listed])[0]
+        return random.choices(listed, [option.weight**grammar.evenness for option in listed])[0]
 
     return Voice(
         {axis: random.choices(list(values), list(values.values()))[0] for axis, values in grammar.per_episode.items()},

@@ -22,11 +22,17 @@ ATTEMPTS = 48
 DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 """Distribution of the number of acceptable drafts, of which the shortest is returned: most people are brief."""
 
-PREFERRED_DRAFTS = {"navigation": 16, "assembly": 16}
+PREFERRED_DRAFTS = {"navigation": 10, "assembly": 10}
 """Number of acceptable drafts in a language with preferences, by which one of them is drawn."""
 
 PAIRED_PROBABILITY = 0.85
 """Probability that two neighbouring clauses for which the language has common words are written as one."""
+
+ON_TO_PROBABILITY = 0.3
+"""Probability of "past the cone to the bench", where the language can say so."""
+
+WALKS_APART_PROBABILITY = 0.75
+"""Probability that a sentence ends between two walks."""
 
 MIN_WORDS = 6
 """Minimum number of words in the paper's automated checks."""
@@ -49,11 +55,8 @@ _TURN_JOINED_PROBABILITY = 0.6
 _OPENING_PROBABILITIES = {"first": 0.01, "later": 0.07, "last": 0.08}
 """Probability of opening words ("Then"), by the sentence's place in the text."""
 
-NOT_REACHED = ("face", "walk towards", "walk until")
+NOT_REACHED = ("face", "walk towards", "walk past towards")
 """Clauses that do not end at their thing, so that "there" cannot refer to it."""
-
-PRONOUN_WORDING_FACTOR = 12
-"""Factor on the weight of wordings with a pronoun for the last thing mentioned ("walk to it")."""
 
 _LABELS = "abc"
 
@@ -77,9 +80,17 @@ class Writer:
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
+        wanted = random.choice(DRAFT_COUNTS[phase]) if self._preferences is None else PREFERRED_DRAFTS[phase]
+        return self._chosen(self.drafts(meaning, random, voice, wanted), phase, random, voice)
+
+    def drafts(self, meaning: Meaning, random: Random, voice: Voice, wanted: int) -> list[str]:
+        """Return up to `wanted` texts that pass the checks; if none passes in ATTEMPTS, the one with the fewest faults.
+
+        Raises:
+            ValueError: as `write` does.
+        """
         drafts: list[str] = []
         text, fewest = "", math.inf
-        wanted = random.choice(DRAFT_COUNTS[phase]) if self._preferences is None else PREFERRED_DRAFTS[phase]
         for _ in range(ATTEMPTS):
             draft = _Draft(self._grammar, random, voice)
             try:
@@ -97,7 +108,7 @@ class Writer:
                 break
         if not text:
             raise ValueError("every wording says 'straight' although the thing is not straight ahead")
-        return self._chosen(drafts, phase, random, voice) if drafts else text
+        return drafts or [text]
 
     def _chosen(self, drafts: list[str], phase: str, random: Random, voice: Voice) -> str:
         """Return one of the drafts: by the language's preferences and the voice's brevity, or the shortest."""
@@ -177,23 +188,36 @@ class _Draft(Phraser):
         return self.render(join, fillers, self.features)
 
     def _pairs(self, one: Clause, other: Clause) -> Clause | None:
-        """Return one clause for two, if there are words for both: a turn to face something, a walk past two things."""
+        """Return one clause for two, if there are words for both and chance does not keep them apart.
+
+        These are a turn to face something, a walk past two things, and a walk past one thing to or towards another.
+        """
         things = one.slots.get("thing"), other.slots.get("thing")
-        pair: Clause | None = None
+        share, pair = PAIRED_PROBABILITY, None
         if (one.key, other.key) == ("turn", "face") and isinstance(things[1], Thing):
             pair = Clause("turn face", {**one.slots, **other.slots})
-        elif one.key == other.key == "walk past" and one.slots.keys() == other.slots.keys() == {"thing"}:
+        elif one.key == "walk past" and one.slots.keys() == other.slots.keys() == {"thing"} and things[0] != things[1]:
             plain = [thing for thing in things if isinstance(thing, Thing) and thing.kind not in PLACES]
-            if len(plain) == 2 and not plain[0].is_same(plain[1]):
-                pair = Clause(one.key, {"thing": plain[0], "other": plain[1]}, one.straight and other.straight)
-        return pair if pair is not None and self._patterns(pair, subordinate=False) else None
+            both = {"thing": one.slots["thing"], "other": other.slots["thing"]}
+            if other.key == "walk past" and len(plain) == 2 and not plain[0].is_same(plain[1]):
+                pair = Clause(one.key, both, one.straight and other.straight)
+            elif other.key in ("walk to", "walk towards") and other.straight:
+                pair, share = (
+                    Clause(f"walk past {other.key.removeprefix('walk ')}", both, one.straight),
+                    ON_TO_PROBABILITY,
+                )
+        if pair is None or not self._patterns(pair, subordinate=False) or self.random.random() >= share:
+            return None
+        return pair
 
     def _paired(self, clauses: Iterable[Clause]) -> list[Clause]:
         """Return the clauses, some neighbours written as one."""
         found: list[Clause] = []
         for clause in clauses:
             pair = self._pairs(found[-1], clause) if found else None
-            if pair is not None and self.random.random() < PAIRED_PROBABILITY:
+            before = found[-2].slots.get("thing") if len(found) > 1 else None
+            is_back = pair is not None and isinstance(before, Thing) and before.is_same(_thing(pair, "other"))
+            if pair is not None and not is_back:
                 found[-1] = pair
             else:
                 found.append(clause)
@@ -204,6 +228,11 @@ class _Draft(Phraser):
         groups = []
         while clauses:
             size = self.random.choice(self.voice.manner.sentence_sizes)
+            # People seldom join two walks by "and".
+            for place, (one, other) in enumerate(pairwise(clauses[:size]), start=1):
+                if _is_walk(one) and _is_walk(other) and self.random.random() < WALKS_APART_PROBABILITY:
+                    size = place
+                    break
             groups.append(clauses[:size])
             clauses = clauses[size:]
         return groups
@@ -233,7 +262,7 @@ class _Draft(Phraser):
         return self.render(opening, {"a": constant(body)}, self.features)
 
     def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
-        """Return the patterns of a clause: general, for its thing's kind, and with a pronoun for the thing in focus."""
+        """Return the patterns of a clause: with a pronoun for the thing in focus, or else all others."""
         listed, content = self.grammar.steps, clause.slots.keys()
         tables = self.table_fillers(clause.slots)
         plural = content & {"pair", "several"}
@@ -243,15 +272,18 @@ class _Draft(Phraser):
         patterns = self.fitting(listed.get(clause.key, ()), content, tables)
         patterns = self.without_new(patterns, clause.slots)
         thing = clause.slots.get("thing")
+        short: list[Pattern] = []
+        if isinstance(thing, Thing) and thing.is_same(self.focus):
+            is_faced = clause.key == "turn at" and not self.is_at_thing
+            key = f"{clause.key} faced" if is_faced else f"{clause.key} same"
+            short = self.fitting(listed.get(key, ()), content - {"thing"}, tables)
+            short = [pattern for pattern in short if not (subordinate and pattern.main_only)]
+        if short:  # People never name a thing again in the next clause.
+            return short
         if isinstance(thing, Thing) and "other" not in clause.slots:
             own_key = f"{clause.key} {thing.kind}"
             special = self.without_new(self.fitting(listed.get(own_key, ()), content, tables), clause.slots)
-            short: list[Pattern] = []
-            if thing.is_same(self.focus) and (self.is_at_thing or clause.key != "turn at"):
-                short = self.fitting(listed.get(f"{clause.key} same", ()), content - {"thing"}, tables)
-            if short:
-                patterns = short if special or thing.kind in PLACES else patterns + PRONOUN_WORDING_FACTOR * short
-            elif special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
+            if special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
                 patterns = special
             else:
                 patterns += 2 * special
@@ -272,9 +304,11 @@ class _Draft(Phraser):
             raise _Misleading(text)
         self.is_at_thing = clause.key not in NOT_REACHED
         things = [value for value in clause.slots.values() if isinstance(value, Thing)]
-        self.focus = focus_after(
-            tuple(things) * (2 if clause.key == "walk between" and "pair" in clause.slots else 1), self.focus
-        )
+        if clause.key.startswith("walk past t"):  # To or towards the other thing.
+            self.focus = things[-1]
+        else:
+            is_twice = clause.key == "walk between" and "pair" in clause.slots
+            self.focus = focus_after(tuple(things) * (2 if is_twice else 1), self.focus)
         self.mentioned_things += things
         return text
 
@@ -311,6 +345,15 @@ class _Draft(Phraser):
         if not self.voice.has_capitals:
             return text
         return re.sub(rf"(^|[{SENTENCE_ENDS}] )(\S)", lambda match: match[1] + match[2].upper(), text)
+
+
+def _is_walk(clause: Clause) -> bool:
+    return clause.key.startswith("walk ")
+
+
+def _thing(clause: Clause, slot: str) -> Thing | None:
+    value = clause.slots.get(slot)
+    return value if isinstance(value, Thing) else None
 
 
 def _subordinate_labels(join: Pattern) -> frozenset[str]:

@@ -39,13 +39,13 @@ EXTRA_RELATION = 0.08
 EXTRA_RELATION_ON_TOP = 0.06
 """The same if the target goes on top of another object."""
 
-EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.08, 0.2
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.05, 0.2
 """Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 30.0, "right_of": 22.0, "in_front_of": 7.0, "behind": 26.0, "between": 9.0, "near": 0.7,
-    "diagonal_to": 0.25, "against wall": 9.0, "near wall": 0.3, "in_front_of you": 11.0, "left_of you": 1.0,
+    "left_of": 30.0, "right_of": 22.0, "in_front_of": 7.0, "behind": 26.0, "between": 5.0, "near": 0.7,
+    "diagonal_to": 0.12, "against wall": 5.0, "near wall": 0.3, "in_front_of you": 11.0, "left_of you": 1.0,
     "right_of you": 1.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
@@ -134,6 +134,8 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
         is_enough, more = _is_unambiguous(Assembly(turns, thing, where), cell, namer), more / 2
     if not where or not _is_unambiguous(Assembly(turns, thing, where), cell, namer):
         return None
+    # What is told from the reader's place comes last: "diagonal to the mug, on your left".
+    where = tuple(sorted(where, key=lambda each: each.things[0].kind == "you"))
     return Assembly(turns, thing, where)
 
 

@@ -30,7 +30,7 @@ OMIT_COLOUR = 0.4
 """Probability that an unnecessary colour is omitted."""
 
 
-OMIT_SHAPE = 0.65
+OMIT_SHAPE = 0.85
 """Probability that the shape on a banner is omitted if its colour is enough."""
 
 NEVER_BARE = ("awning",)

@@ -32,7 +32,10 @@ AMBIGUITY_COST = 2.0
 COLLECTIBLE_COST, BUILDING_COST, SIGN_COST, COUNTED_COST, GROUP_COST = 6.0, 1.5, 2.5, -5.0, -6.0
 """Additional costs of naming a collectible other than the target, a building, a shop's sign, an ordinal, or a group."""
 
-OFFSET_COST = 1.5
+GROUP_OTHERWISE = 3.0
+"""Additional cost of naming a group in a plan that does not prefer groups."""
+
+OFFSET_COST = 2.5
 """Additional cost of a turn before or after a thing: people say "at"."""
 
 SIDE_SHARE = 0.11
@@ -164,7 +167,7 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     if PLANNED_ASIDE < abs(right) < 5.0 and landmark.label.kind != "zebra_crossing":
         beside = pose_after_passing(pose, landmark.x, landmark.z, 0.0)
         if _is_ahead(pose, beside):
-            yield from subject.option(route, Walk("beside", (name,), side), beside, 1.1)
+            yield from subject.option(route, Walk("beside", (name,), side), beside, 3.0)
     for word, beyond in TURN_OFFSETS.items():
         yield from _turns(route, subject, word, pose_after_passing(pose, landmark.x, landmark.z, beyond))
     straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (landmark.x, landmark.z)))
@@ -250,7 +253,7 @@ def _group_options(
 ) -> Iterator[StepOption]:
     """Yield walks past and to a group, and turns at it."""
     pose, landmarks = waypoint.pose, group.landmarks
-    liking = GROUP_COST if route.prefers_groups else 0.0
+    liking = GROUP_COST if route.prefers_groups else GROUP_OTHERWISE
     if any(math.dist((landmark.x, landmark.z), route.goal) < 0.1 for landmark in landmarks):
         return
     last = max(landmarks, key=lambda landmark: pose.local(landmark.x, landmark.z)[1])

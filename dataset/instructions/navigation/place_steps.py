@@ -23,9 +23,9 @@ MAX_BEND = 25.0
 """Maximum angle between the path's next steps and its later direction once a turn is complete, in degrees."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
-    "crossing": (("intersection", 18), ("corner", 1), ("street", 1)),
+    "crossing": (("intersection", 18), ("corner", 1), ("street", 4)),
     "t_junction": (("t_junction", 6), ("intersection", 4), ("street_end", 1), ("corner", 1)),
-    "side street": (("intersection", 10), ("street", 6), ("corner", 1)),
+    "side street": (("intersection", 10), ("street", 8), ("corner", 1)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("intersection", 4), ("corner", 1), ("street", 1)),
@@ -38,6 +38,15 @@ CROSSED = ("crossing", "left_turn", "right_turn", "fork")
 """Kinds of junctions, as the walker sees them, that people cross and call intersections."""
 
 ORDINALS = ("", "second", "third")
+
+FIRST_SHARE = 0.7
+"""Probability that the first street on a side is called so: "the first street on the left"."""
+
+UNCLEAR_ALONE = ("corner", "street")
+"""Names without a landmark or an ordinal that leave open which place is meant, where several come."""
+
+OTHERS_WITHIN = 8.0
+"""Maximum distance of another place from one, along the course, at which the walker may take it for that one."""
 
 NAMES_DRAWN = 3
 """Names drawn for one place, since the check of the plan may reject some of them."""
@@ -136,10 +145,20 @@ def _name(
     corner = _building_corner(route, junction, landmark, pose.ahead(along))
     if corner is not None and route.random.random() < BUILDING_SHARE:
         return corner
-    kinds, weights = zip(*NAMES[apparent_kind(route.graph, junction, landmark, pose.heading)], strict=True)
+    is_first = route.random.random() < FIRST_SHARE
+    several = any(abs(far - along) > 2.0 and far < along + OTHERS_WITHIN for far, _ in openings)
+    names = [
+        (kind, weight)
+        for kind, weight in NAMES[apparent_kind(route.graph, junction, landmark, pose.heading)]
+        if not (several and kind in UNCLEAR_ALONE and not (kind == "street" and is_first))
+    ]
+    if not names:
+        return None
+    kinds, weights = zip(*names, strict=True)
     (kind,) = route.random.choices(kinds, weights)
     if kind in ("street", "alley"):
-        return Thing(kind, identity=opening_identity(junction, landmark, pose.heading, kind))
+        identity = opening_identity(junction, landmark, pose.heading, kind)
+        return Thing(kind, which="first" if is_first and kind == "street" else "", identity=identity)
     return _place(kind, junction)
 
 

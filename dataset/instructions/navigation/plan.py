@@ -68,7 +68,7 @@ FACE_FIRST, FACE_AFTER = 0.7, 0.95
 """Probabilities that the first turn is described by the landmark to face, where that is unambiguous: in an episode's
 first turn, and in its second, at whose start a walker's heading may be another."""
 
-TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.85, 0.3
+TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.95, 0.8
 """Probabilities that it is described by its direction as well, "turn left to face the bench", in the same two turns."""
 
 LOST_COST = 4.0
@@ -141,15 +141,22 @@ def plan_navigation(
         manner: how much to say.
         is_first: whether it is the episode's first turn, at whose start the walker's heading is known.
     """
-    thing = describe_target(target, street, landmarks, poses, random)
-    if thing is None:
-        return None
     route = DescribedRoute(
         path, poses, landmarks, (target.position.x, target.position.z), graph, random, manner, is_first
     )
-    steps = _Planner(route, thing).steps(plan_check or AcceptAllSteps())
-    if steps is None:
-        return None
+    for must_place in (False, True):
+        thing = describe_target(target, street, landmarks, poses, random, must_place=must_place)
+        if thing is None:
+            return None
+        planner = _Planner(route, thing)
+        steps = planner.steps(plan_check or AcceptAllSteps())
+        if steps is None:
+            return None
+        if is_first or thing.where or not _is_bare(steps):
+            break
+    else:
+        if not planner.sees_target_after_turning:
+            return None
     full_names = {
         landmark.identity: full_name(landmark) for landmark in landmarks if landmark.label.kind not in OPEN_PLACES
     }
@@ -166,6 +173,11 @@ class _Planner:
         ]
         seen = [route.first_seen(landmark) for landmark in route.landmarks if (landmark.x, landmark.z) == route.goal]
         self._target_seen = min(seen, default=math.inf)
+
+    @property
+    def sees_target_after_turning(self) -> bool:
+        """Whether the target is in view once the walker has made the turns at the start."""
+        return self._target_seen <= self._route.departures[0]
 
     def steps(self, plan_check: PlanCheck) -> tuple[Step, ...] | None:
         """Return all steps to the target, or None if the search fails."""
@@ -198,7 +210,7 @@ class _Planner:
         if last is not None and not (steps and self._may_say_more(waypoint)):
             return (*steps, *last)
         for option in self._options(waypoint, is_optional=last is not None):
-            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None) or _is_unclear(steps, option.steps[0]):
+            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None) or _is_unclear(steps, option.steps):
                 continue
             for wording in self._wordings(waypoint, option, is_first=not steps):
                 is_doubled = (
@@ -397,9 +409,24 @@ def _is_doubled(steps: tuple[Step, ...], step: Step) -> bool:
     return steps[-1:] == (Walk("ahead"),) and isinstance(step, Walk) and step.way == "along"
 
 
-def _is_unclear(steps: tuple[Step, ...], step: Step) -> bool:
-    """Return whether a step turns at "the corner" right after a crossing: before, on or behind it?"""
-    last = steps[-1] if steps else None
+def _is_bare(steps: tuple[Step, ...]) -> bool:
+    """Return whether steps name nothing: "turn right, go forward"."""
+    return not any(
+        (isinstance(step, Rotate) and step.thing is not None) or isinstance(step, Face) or getattr(step, "things", ())
+        for step in steps
+    )
+
+
+def _is_unclear(steps: tuple[Step, ...], added: tuple[Step, ...]) -> bool:
+    """Return whether a walker cannot know where the first of the added steps begins.
+
+    It turns at "the corner" right after a crossing (before, on or behind it?), or turns, or heads for another thing,
+    after a walk that only leads towards something.
+    """
+    last, step = steps[-1] if steps else None, added[0]
+    if isinstance(last, Walk) and last.way == "towards":
+        is_elsewhere = isinstance(step, Walk) and step.way == "towards" and step.things != last.things
+        return is_elsewhere or (isinstance(step, Rotate) and step.thing is None)
     is_at_crossing = isinstance(last, Walk) and last.way in ("past", "to") and last.things[0].kind in CROSSINGS
     return is_at_crossing and isinstance(step, Rotate) and step.thing is not None and step.thing.kind == "corner"
 

@@ -25,7 +25,7 @@ from arramon_server.sim.geometry import Pose, wrap
 SNAP = 40.0
 """Maximum angle between a step's course and the path at which the course is replaced by the path's, in degrees."""
 
-GROUP_PREFERENCE = 0.6
+GROUP_PREFERENCE = 0.1
 """Probability that a plan prefers groups of landmarks ("the cones") where there are any."""
 
 MAX_STEP_LENGTH = 30

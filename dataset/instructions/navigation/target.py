@@ -15,7 +15,7 @@ from arramon_dataset.path_tolerances import (
     PLANNED_TWIN_GAP,
     PLANNED_ZEBRA_MARGIN,
 )
-from arramon_dataset.paths import Place, offset_seen_from, relation_offset
+from arramon_dataset.paths import Place, legs_of, offset_seen_from, relation_offset
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
@@ -27,7 +27,7 @@ BUILDING_SHARE = 0.25
 COLLECTIBLE_LIKING = -4.0
 """Bonus for collectibles in the choice of a landmark, as units of distance: people seldom name a second one."""
 
-RELATION_SHARES = {"behind": 1.0, "in_front_of": 0.65, "left_of": 0.4, "right_of": 0.4}
+RELATION_SHARES = {"behind": 1.0, "in_front_of": 0.35, "left_of": 0.4, "right_of": 0.4}
 """Probability of each relation rather than "near" where it holds."""
 
 SECOND_SHARE = 0.15
@@ -36,10 +36,10 @@ SECOND_SHARE = 0.15
 UNSUITED = ("intersection", "junction", "corner")
 """Kinds of landmarks that never locate a target."""
 
-UNPLACED = 0.6
+UNPLACED = 0.82
 """Probability of omitting the location of a target with a unique appearance."""
 
-GROUP_SHARE = 0.5
+GROUP_SHARE = 0.15
 """Probability of a plural name for a group near the target."""
 
 FULL = 0.97
@@ -52,6 +52,8 @@ def describe_target(
     landmarks: Sequence[Landmark],
     poses: Sequence[Pose],
     random: Random,
+    *,
+    must_place: bool = False,
 ) -> Thing | None:
     """Return a name that matches only the target among the turn's collectibles; None if it is not seen at the end.
 
@@ -61,6 +63,7 @@ def describe_target(
         landmarks: landmarks along the path.
         poses: along the path.
         random: draws the words.
+        must_place: whether to state its location wherever there is a landmark for it.
     """
     every = landmarks
     landmarks = [landmark for landmark in landmarks if landmark.seen]
@@ -89,7 +92,12 @@ def describe_target(
     )
     twins = [landmark for landmark in every if landmark.label == own and (landmark.x, landmark.z) != at]
     where = _where(
-        target, every, poses, random, [landmark for landmark in every if _is_by_any(landmark, twins)] if twins else None
+        target,
+        every,
+        poses,
+        random,
+        [landmark for landmark in every if _is_by_any(landmark, twins)] if twins else None,
+        0.0 if must_place else UNPLACED,
     )
     return None if twins and not where else Thing(kind, colour, pattern, where=where, identity=identity)
 
@@ -105,11 +113,13 @@ def _where(
     poses: Sequence[Pose],
     random: Random,
     elsewhere: Sequence[Landmark] | None,
+    unplaced: float,
 ) -> tuple[Where, ...]:
     """Return the target's relation to a landmark near it, as seen when arriving along the path.
 
     `elsewhere` are the landmarks near objects that look like the target, or None if there are no such objects. If there
-    are, no landmark with the same label and no building is used.
+    are, no landmark with the same label and no building is used, and the location is always stated; otherwise it is
+    omitted with the probability `unplaced`.
     """
     view = poses[max(len(poses) - 6, 0)]
     x, z = target.position.x, target.position.z
@@ -132,7 +142,7 @@ def _where(
             continue
         liking = COLLECTIBLE_LIKING if landmark.label.kind in COLLECTIBLES else 0.0
         near.append((distance + random.random() - liking, right, ahead, landmark))
-    if not near or (random.random() < UNPLACED and is_alone):
+    if not near or (random.random() < unplaced and is_alone):
         return ()
     _, right, ahead, landmark = min(near, key=lambda item: (item[0], item[3].identity))
     name = full_name(landmark)
@@ -143,7 +153,10 @@ def _where(
         relation = "in_front_of" if ahead > 0.0 else "behind"
     if random.random() >= RELATION_SHARES.get(relation, 0.0):
         relation = "near"
-    if not all(_is_so_from(pose, relation, (x, z), landmark) for pose in poses[-PLANNED_LAST_VIEWS:]):
+    # People read "behind" as seen from where they stand when they read it: at the last turn, or on arrival.
+    views = [*poses[-PLANNED_LAST_VIEWS:], _at_last_turn(poses)]
+    is_flat = landmark.label.kind == "zebra_crossing"
+    if is_flat or not all(_is_so_from(pose, relation, (x, z), landmark) for pose in views):
         relation = "near"
     group = next(groups_centred_on(landmark, every, landmarks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
@@ -155,6 +168,12 @@ def _where(
         other = min(further, key=lambda item: (item[0], item[3].identity))[3]
         return (Where("near", (name,)), Where("near", (full_name(other),)))
     return (Where(relation, (name,)),)
+
+
+def _at_last_turn(poses: Sequence[Pose]) -> Pose:
+    """Return the pose where the last straight part of a path begins."""
+    legs = legs_of(tuple(dict.fromkeys((pose.x, pose.z) for pose in poses)))
+    return Pose(*legs[-1].start, legs[-1].heading) if legs else poses[-1]
 
 
 def _is_so_from(view: Pose, relation: str, place: Place, landmark: Landmark) -> bool:
