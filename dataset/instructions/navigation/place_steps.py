@@ -152,8 +152,7 @@ def _name(
         for kind, weight in NAMES[apparent_kind(route.graph, junction, landmark, pose.heading)]
         if not (several and kind in UNCLEAR_ALONE and not (kind == "street" and is_first))
     ]
-    if not names:
-        return None
+    names = names or list(NAMES[apparent_kind(route.graph, junction, landmark, pose.heading)])
     kinds, weights = zip(*names, strict=True)
     (kind,) = route.random.choices(kinds, weights)
     if kind in ("street", "alley"):
