@@ -209,9 +209,12 @@ class _Planner:
         last = next((last for last in self._final_steps(waypoint) if self._may_end(plan_check, last)), None)
         if last is not None and not (steps and self._may_say_more(waypoint)):
             return (*steps, *last)
-        for option in self._options(waypoint, is_optional=last is not None):
-            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None) or _is_unclear(steps, option.steps):
+        options = self._options(waypoint, is_optional=last is not None)
+        for option in sorted(options, key=lambda option: _is_vague(steps, option.steps[0])):
+            if option.steps[-1] == Walk("ahead") == next(reversed(steps), None) or _is_unclear(steps, option.steps[0]):
                 continue
+            if last is not None and _is_vague(steps, option.steps[0]):
+                break
             for wording in self._wordings(waypoint, option, is_first=not steps):
                 is_doubled = (
                     steps[-1:] == (Walk("ahead"),) and isinstance(wording[0], Walk) and wording[0].way == "along"
@@ -417,18 +420,23 @@ def _is_bare(steps: tuple[Step, ...]) -> bool:
     )
 
 
-def _is_unclear(steps: tuple[Step, ...], added: tuple[Step, ...]) -> bool:
-    """Return whether a walker cannot know where the first of the added steps begins.
-
-    It turns at "the corner" right after a crossing (before, on or behind it?), or turns, or heads for another thing,
-    after a walk that only leads towards something.
-    """
-    last, step = steps[-1] if steps else None, added[0]
-    if isinstance(last, Walk) and last.way == "towards":
-        is_elsewhere = isinstance(step, Walk) and step.way == "towards" and step.things != last.things
-        return is_elsewhere or (isinstance(step, Rotate) and step.thing is None)
+def _is_unclear(steps: tuple[Step, ...], step: Step) -> bool:
+    """Return whether a step turns at "the corner" right after a crossing: before, on or behind it?"""
+    last = steps[-1] if steps else None
     is_at_crossing = isinstance(last, Walk) and last.way in ("past", "to") and last.things[0].kind in CROSSINGS
     return is_at_crossing and isinstance(step, Rotate) and step.thing is not None and step.thing.kind == "corner"
+
+
+def _is_vague(steps: tuple[Step, ...], step: Step) -> bool:
+    """Return whether it is only the step itself that says where a walk towards something ends.
+
+    It turns, or heads for another thing, after a walk that only leads towards one: such plans are a last resort.
+    """
+    last = steps[-1] if steps else None
+    if not (isinstance(last, Walk) and last.way == "towards"):
+        return False
+    is_elsewhere = isinstance(step, Walk) and step.way == "towards" and step.things != last.things
+    return is_elsewhere or (isinstance(step, Rotate) and step.thing is None)
 
 
 def _without_side(steps: tuple[Step, ...]) -> tuple[Step, ...]:
