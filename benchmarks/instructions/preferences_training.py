@@ -35,7 +35,7 @@ from benchmarks.instructions.masking import masked_words
 MIN_TEXTS = 10
 """Minimum number of texts that contain a word, and a sequence of words."""
 
-PENALTY = 0.0005
+PENALTY = 0.004
 """Weight of the squared sum of weights, per text."""
 
 MAX_ITERATIONS = 150
@@ -144,7 +144,7 @@ _HEADER = """\
 #
 # Learnt by `python -m benchmarks.instructions.preferences_training` from the official release's val-seen texts (MIT
 # licence, Copyright (c) 2020 hyounghk). Contains no text: sequences of up to three function words, verbs and marks,
-# each of which occurs in at least 20 texts. Not to be edited by hand."""
+# each of which occurs in at least 10 texts. Not to be edited by hand."""
 
 
 def _quoted(key: str) -> str:
