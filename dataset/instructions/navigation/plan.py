@@ -152,6 +152,7 @@ def plan_navigation(
         steps = planner.steps(plan_check or AcceptAllSteps())
         if steps is None:
             return None
+        meaning = Navigation(steps, thing)
         if is_first or thing.where or not _is_bare(steps):
             break
     else:
@@ -160,7 +161,7 @@ def plan_navigation(
     full_names = {
         landmark.identity: full_name(landmark) for landmark in landmarks if landmark.label.kind not in OPEN_PLACES
     }
-    return with_distinct_names(Navigation(steps, thing), full_names, random)
+    return with_distinct_names(meaning, full_names, random)
 
 
 class _Planner:
