@@ -11,10 +11,10 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "8bc87c088bae260a97f83df64a219cd2457c49773fe4cff93a5cb49915785afd",
-    "digest": "70b1991abb94cece3c94b6efe79502fbd799c20aa91b663d033f0ad94a0fcce8",
-    "places": "2a955daaf43761b61b945e55dd1d74165435349ead93b236a7e5919ab3a08bf9",
-    "scores": "c6158498176fbd0124cab84d57ad3b9f3907331f12b6df1e4743196f6fc9c22a",
+    "data": "52a05ed185894d03680810ffa25a32dc70d6841a4343db6af0b483000167836b",
+    "digest": "17e9e28d458aa7a9882de13d0870b96c210651a68005274eefd7e8e4ef7ef08c",
+    "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
+    "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
 }
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
