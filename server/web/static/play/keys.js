@@ -31,8 +31,12 @@ export function listen(isPlaying, act) {
   for (const button of document.querySelectorAll("[data-action]")) {
     button.addEventListener("click", (event) => {
       if (isPlaying()) act(Number(button.dataset.action), false);
-      // After a mouse or a finger the keys are the game's again, so that the space bar does not repeat the button.
-      if (event.detail > 0) document.getElementById("frame").focus({ preventScroll: true });
     });
   }
+  // After a mouse or a finger the keys are the game's again, so that the space bar does not repeat a button or clear a box.
+  // A label passes the focus to its box after this event. A frame that is hidden takes none.
+  document.addEventListener("click", (event) => {
+    if (event.detail === 0 || !event.target.closest("button, label, input[type=checkbox]")) return;
+    setTimeout(() => { if (isPlaying()) document.getElementById("frame").focus({ preventScroll: true }); });
+  });
 }
