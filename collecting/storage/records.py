@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, TypeVar
 
+import sqlalchemy as sa
 from sqlalchemy.engine import Row
 
 from arramon_collecting.settings import Settings
-from arramon_server.runs.storage.database import utc
+from arramon_server.runs.storage.database import Database, utc
 
 WRITE_KIND, REVIEW_KIND = "write", "review"
 """Kinds of collections: people write and verify, or hosts review the generated texts of a split."""
@@ -71,6 +72,12 @@ def record_of(kind: type[T], row: Row[Any]) -> T:
     values = row._mapping
     fields = dataclasses.fields(kind)  # type: ignore[arg-type]
     return kind(**{field.name: _value(values[field.name]) for field in fields})
+
+
+def first_record(database: Database, kind: type[T], query: sa.Select[Any]) -> T | None:
+    """Return the first row that a query finds as one of these dataclasses; None if it finds none."""
+    rows = database.read(query)
+    return record_of(kind, rows[0]) if rows else None
 
 
 def _value(value: Any) -> Any:

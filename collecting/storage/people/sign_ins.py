@@ -5,7 +5,7 @@ from datetime import timedelta
 import sqlalchemy as sa
 
 from arramon_collecting.storage.people.records import ACTIVE, FORGOTTEN, HOST, INVITED, SignIn
-from arramon_collecting.storage.records import record_of
+from arramon_collecting.storage.records import first_record, record_of
 from arramon_collecting.storage.transactions import Clock, new_secret, secret_hash, utc_now
 from arramon_server.runs.storage.collection_tables import sign_ins, workers
 from arramon_server.runs.storage.database import Database
@@ -62,8 +62,7 @@ class SignIns:
                 workers.c.state != FORGOTTEN,
             )
         )
-        rows = self._database.read(query)
-        return record_of(SignIn, rows[0]) if rows else None
+        return first_record(self._database, SignIn, query)
 
     def renew(self, cookie: str) -> str | None:
         """Return a new cookie of the same sign-in if the cookie is old; None if it is still good.

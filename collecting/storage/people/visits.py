@@ -6,7 +6,7 @@ from datetime import datetime
 import sqlalchemy as sa
 
 from arramon_collecting.storage.people.records import Visit, Worker
-from arramon_collecting.storage.records import Collection, record_of
+from arramon_collecting.storage.records import Collection, first_record, record_of
 from arramon_collecting.storage.transactions import Clock, lock, new_id, utc_now
 from arramon_collecting.storage.work.records import SUBMITTED
 from arramon_server.errors import NotFound, quoted
@@ -61,8 +61,7 @@ class Visits:
     def latest(self, worker_id: str) -> Visit | None:
         """Return the worker's latest visit; None if the worker did not come from a platform."""
         query = sa.select(visits).where(visits.c.worker_id == worker_id).order_by(visits.c.joined_at.desc()).limit(1)
-        rows = self._database.read(query)
-        return record_of(Visit, rows[0]) if rows else None
+        return first_record(self._database, Visit, query)
 
     def completion_code(self, collection: Collection, worker: Worker) -> str | None:
         """Return the completion code of the worker's latest visit once the study's tasks are submitted; None before.

@@ -18,7 +18,7 @@ from arramon_collecting.storage.people.records import (
     WORKER_PAUSED,
     Worker,
 )
-from arramon_collecting.storage.records import Collection, record_of
+from arramon_collecting.storage.records import Collection, first_record, record_of
 from arramon_collecting.storage.transactions import Clock, lock, new_id, new_secret, secret_hash, utc_now
 from arramon_collecting.storage.work.records import OPEN, RETURNED
 from arramon_server.errors import BadInput, Conflict, Forbidden, NotFound, quoted
@@ -101,8 +101,7 @@ class Workers:
     def by_link(self, collection: str, key: str) -> Worker | None:
         """Return the worker of a link's secret; None if it is none of this collection."""
         query = sa.select(workers).where(workers.c.link_hash == secret_hash(key), workers.c.collection == collection)
-        rows = self._database.read(query)
-        return record_of(Worker, rows[0]) if rows else None
+        return first_record(self._database, Worker, query)
 
     def get(self, worker_id: str) -> Worker:
         """Return a worker.
@@ -110,10 +109,10 @@ class Workers:
         Raises:
             NotFound: if there is none of that id.
         """
-        rows = self._database.read(sa.select(workers).where(workers.c.worker_id == worker_id))
-        if not rows:
+        found = first_record(self._database, Worker, sa.select(workers).where(workers.c.worker_id == worker_id))
+        if found is None:
             raise NotFound(f"there is no worker {quoted(worker_id)}")
-        return record_of(Worker, rows[0])
+        return found
 
     def find(self, collection: Collection, beginning: str) -> Worker:
         """Return the worker of a collection whose pseudonym begins with a text of at least 4 characters.

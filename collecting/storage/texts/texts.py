@@ -7,7 +7,7 @@ from datetime import datetime
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from arramon_collecting.storage.records import Collection, record_of
+from arramon_collecting.storage.records import Collection, first_record, record_of
 from arramon_collecting.storage.texts.records import IN_REVIEW, Instructions, Text
 from arramon_collecting.storage.transactions import new_id
 from arramon_server.errors import NotFound, quoted
@@ -31,10 +31,10 @@ class Texts:
         Raises:
             NotFound: if there is none of that id.
         """
-        rows = self._database.read(sa.select(texts).where(texts.c.text_id == text_id))
-        if not rows:
+        found = first_record(self._database, Text, sa.select(texts).where(texts.c.text_id == text_id))
+        if found is None:
             raise NotFound(f"there is no text {quoted(text_id)}")
-        return record_of(Text, rows[0])
+        return found
 
     def all(self, collection: str, *states: str) -> list[Text]:
         """Return the texts of a collection in these states, or all, oldest first."""

@@ -2,7 +2,7 @@
 
 import sqlalchemy as sa
 
-from arramon_collecting.storage.records import record_of
+from arramon_collecting.storage.records import first_record, record_of
 from arramon_collecting.storage.texts.records import Verification
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.storage.collection_tables import verifications
@@ -25,10 +25,12 @@ class Verifications:
         Raises:
             NotFound: if there is none.
         """
-        rows = self._database.read(sa.select(verifications).where(verifications.c.task_id == task_id))
-        if not rows:
+        found = first_record(
+            self._database, Verification, sa.select(verifications).where(verifications.c.task_id == task_id)
+        )
+        if found is None:
             raise NotFound(f"there is no verification of the task {quoted(task_id)}")
-        return record_of(Verification, rows[0])
+        return found
 
     def of_text(self, text_id: str) -> list[Verification]:
         """Return the verifications of a text, oldest first, also those that do not count."""

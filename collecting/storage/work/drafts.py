@@ -7,7 +7,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.engine import Connection
 
-from arramon_collecting.storage.records import record_of
+from arramon_collecting.storage.records import first_record, record_of
 from arramon_collecting.storage.transactions import Clock, utc_now
 from arramon_collecting.storage.work.records import OPEN, Draft, Task
 from arramon_server.errors import BadInput, Conflict
@@ -47,8 +47,8 @@ class Drafts:
 
     def get(self, task_id: str) -> Draft:
         """Return a task's draft; one of revision 0, which is empty, if none was saved."""
-        rows = self._database.read(sa.select(drafts).where(drafts.c.task_id == task_id))
-        return record_of(Draft, rows[0]) if rows else Draft(task_id, 0, {}, None)
+        found = first_record(self._database, Draft, sa.select(drafts).where(drafts.c.task_id == task_id))
+        return found or Draft(task_id, 0, {}, None)
 
     def save(self, task: Task, based_on: int, body: Mapping[str, Any], *, size: int) -> Draft:
         """Save a draft, and keep the task from expiring; return the draft with its new revision.

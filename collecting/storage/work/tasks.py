@@ -10,7 +10,7 @@ from sqlalchemy.engine import Connection
 from arramon_collecting.rules.assignment import next_gold, next_to_verify, next_to_write, wants_gold
 from arramon_collecting.storage.people.records import Worker
 from arramon_collecting.storage.people.workers import check_active
-from arramon_collecting.storage.records import RUNNING, Collection, record_of
+from arramon_collecting.storage.records import RUNNING, Collection, first_record, record_of
 from arramon_collecting.storage.texts.records import SENT_BACK, Text
 from arramon_collecting.storage.transactions import Clock, lock, new_id, random_number, utc_now
 from arramon_collecting.storage.work.drafts import active_seconds, check_open
@@ -120,10 +120,10 @@ class Tasks:
         Raises:
             NotFound: if there is none of that id.
         """
-        rows = self._database.read(sa.select(tasks).where(tasks.c.task_id == task_id))
-        if not rows:
+        found = first_record(self._database, Task, sa.select(tasks).where(tasks.c.task_id == task_id))
+        if found is None:
             raise NotFound(f"there is no task {quoted(task_id)}")
-        return record_of(Task, rows[0])
+        return found
 
     def of_worker(self, worker: Worker, task_id: str) -> Task:
         """Return a worker's own task.
@@ -139,8 +139,7 @@ class Tasks:
     def open_of(self, worker_id: str) -> Task | None:
         """Return a worker's open task; None if there is none."""
         query = sa.select(tasks).where(tasks.c.worker_id == worker_id, tasks.c.state == OPEN)
-        rows = self._database.read(query)
-        return record_of(Task, rows[0]) if rows else None
+        return first_record(self._database, Task, query)
 
     def all(self, collection: str) -> list[Task]:
         """Return the tasks of a collection, oldest first."""

@@ -89,21 +89,20 @@ class PlayedScores:
             turn_verdict(scores, target, carried, forced=track.forced)
             for scores, (target, carried), track in zip(ending.scores, objects, played.tracks, strict=True)
         ]
-        failures = [failure_of(turn) for turn in ending.scores]
+        placed = [verdict.is_right for verdict in verdicts]
         context = {
             "played": played,
             "verdicts": [(verdict, *objects[number]) for number, verdict in enumerate(verdicts)],
-            "right": sum(verdict.is_right for verdict in verdicts),
+            "right": sum(placed),
             "metrics": METRICS,
             "columns": columns(t),
-            "failures": failures,
+            "failures": [failure_of(turn) for turn in ending.scores],
             "spoken": run.language,
             "path_text": partial(t.in_groups, ("play_path", "path")),
             "labels": [map_labels(t, run.language, played, turn) for turn in range(2)],
             "object_name": lambda type_: object_name(t, type_),
             "pile_name": lambda pile: pile_name(t, pile),
         }
-        placed = [failure == NOTHING for failure in failures]
         return self._renderer.page("play_episode.html", t, "", context).decode(), placed
 
     def _totals(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:  # noqa: ARG002, as `_episode`

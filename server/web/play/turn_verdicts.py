@@ -6,6 +6,7 @@ from enum import StrEnum
 from arramon_server.scoring.episode_scores import Scores
 from arramon_server.scoring.metrics import rpod
 from arramon_server.sim.catalogue import ObjectType
+from arramon_server.web.episodes_page import NOTHING, failure_of
 
 
 class Picked(StrEnum):
@@ -61,8 +62,7 @@ def turn_verdict(scores: Scores, target: ObjectType, carried: ObjectType | None,
         forced: whether a limit picked it up.
     """
     picked, put = _picked(scores, target, carried, forced=forced), _put(scores)
-    is_right = bool(scores["CTC-3"] and scores["CTC-0"] and scores["PTC"])
-    return TurnVerdict(picked, put, is_right)
+    return TurnVerdict(picked, put, failure_of(scores) == NOTHING)
 
 
 def _picked(scores: Scores, target: ObjectType, carried: ObjectType | None, *, forced: bool) -> Picked:
