@@ -73,6 +73,7 @@ addEventListener("keydown", (event) => {
   report(true);
 });
 element("touch").addEventListener("click", () => report(false));
+element("touch").disabled = false; // before this script nothing would hear it
 element("retry").querySelector("button").addEventListener("click", () => {
   element("retry").hidden = element("outcome").hidden = true;
   element("measure").hidden = false;

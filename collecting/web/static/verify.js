@@ -105,5 +105,7 @@ element("again").querySelector("button").addEventListener("click", () => { eleme
 element("give-up").addEventListener("click", () => {
   if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
 });
-element("begin")?.querySelector("button").addEventListener("click", () => { element("begin").hidden = true; connect(); });
-if (!element("begin")) connect();
+const begin = element("begin")?.querySelector("button");
+begin?.addEventListener("click", () => { element("begin").hidden = true; connect(); });
+if (begin) begin.disabled = false; // before this script, which waits for its parts, nothing would hear a click
+else connect();

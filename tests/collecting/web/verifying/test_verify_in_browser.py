@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from arramon_collecting.storage.people.records import Worker
 from arramon_collecting.web.access import cookie_name
@@ -107,6 +107,20 @@ def test_the_placement_test_is_repeated_and_passed(browser: Browser, site: Verif
         expect(page.locator("#status")).to_contain_text("Placement test passed")
         expect(page.get_by_role("button", name="Go on")).to_be_visible()
     assert site.store.workers.get(worker.worker_id).placement_passed_at is not None
+
+
+def test_the_placement_test_waits_for_its_script(browser: Browser, site: VerifySite) -> None:
+    with window(browser, site, site.worker(ready=False)) as page:
+        held: list[Route] = []
+        page.route("**/play/connection.js", held.append)
+        page.goto(f"{site.pages}/placement")
+        begin = page.get_by_role("button", name="Begin")
+        expect(begin).to_be_disabled()
+        while not held:
+            page.wait_for_timeout(10)
+        held[0].continue_()
+        begin.click()
+        drawn(page, 0)
 
 
 @pytest.mark.parametrize("by_key", [True, False])
