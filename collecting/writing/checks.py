@@ -7,9 +7,10 @@ from pathlib import Path
 from numpy import hypot
 
 from arramon_collecting.storage.texts.records import HINT
+from arramon_collecting.writing.bends import initial_turn
 from arramon_collecting.writing.characters import invisible_in, pictures_in
 from arramon_collecting.writing.exact_names import names_exactly
-from arramon_collecting.writing.walk import PARTS, room_before
+from arramon_collecting.writing.walk import PARTS, lines, room_before
 from arramon_dataset.instruction_writer import initial_turn_angle
 from arramon_dataset.instructions.assembly.plan import MIN_LEAD
 from arramon_dataset.instructions.assembly.visible_objects import whole_room
@@ -103,7 +104,8 @@ class TextChecker:
         turn = self.episode.turns[number - 1]
         type_ = turn.target.type
         target = Thing(type_.kind, type_.colour, type_.pattern)
-        first_turn = initial_turn_angle(turn.actions)
+        # A stub of the line, which together with the next bends leads straight on, need not be told.
+        first_turn = min(initial_turn_angle(turn.actions), abs(initial_turn(lines(self.episode)[number - 1])))
         found: dict[tuple[str, str, str], list[Failure]] = {}
         for failure in check(text, self.language, phase, target=target, first_turn=first_turn, root=self.root):
             found.setdefault((failure.check, failure.severity, failure.expected), []).append(failure)

@@ -10,7 +10,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from itertools import pairwise, takewhile
 
 from arramon_client.world import HEADINGS, PHASES, TURN, TURNS, Action, bearing
 from arramon_server.episodes.episode import Episode
@@ -24,9 +23,6 @@ PARTS = tuple((turn, phase) for turn in range(1, TURNS + 1) for phase in PHASES)
 
 DONE = len(PARTS)
 """`Position.reached` of a writer who has been through all parts."""
-
-CURVE_PLACES = 3
-"""Number of places over which single turns of the line add up to a curve that writers are told of."""
 
 _TURNS = {"left": -1, "right": 1}
 
@@ -146,26 +142,6 @@ def moved(position: Position, move: Move, episode: Episode) -> tuple[Position, O
     return walk(position, move, lines(episode))
 
 
-def bend(before: Position, move: Move, after: Position, episode: Episode) -> int:
-    """Return how far the line turned the writer in a move along it, in degrees in (-180, 180], clockwise positive.
-
-    0 if the move did not turn the writer with the line. Single turns within the last CURVE_PLACES places are added up,
-    if they are a curve: the line also zigzags by single turns, which lead nowhere else. A sharper turn before them was
-    told by itself.
-    """
-    if move not in (Move.FORWARD, Move.BACK) or before.is_indoors or after.turned == before.turned:
-        return 0
-    if move is Move.BACK:
-        return _degrees(after.turned - before.turned)
-    line = lines(episode)[before.turn - 1]
-    came = (line.arrival, *line.headings)[: before.place + 1]
-    headings = (*came[-CURVE_PLACES:], line.headings[before.place])
-    *earlier, here = (_degrees(second - first) for first, second in pairwise(headings))
-    single = list(takewhile(lambda degrees: abs(degrees) <= TURN, reversed(earlier)))
-    curve = here + sum(single)
-    return curve if curve * here > 0 and abs(curve) > abs(here) else here
-
-
 def read_position(text: str, episode: Episode) -> Position:
     """Parse the text of a position (`str(position)`).
 
@@ -282,12 +258,6 @@ def _enter(part: int, lines: Sequence[Line], reached: int) -> Position:
     turn, phase = PARTS[part]
     turned = 0 if phase == Phase.ASSEMBLY.value else lines[turn - 1].arrival
     return Position(part, 0, turned, START, reached)
-
-
-def _degrees(turns: int) -> int:
-    """Return turns of 30 degrees as degrees in (-180, 180]."""
-    half = HEADINGS // 2
-    return round(TURN) * (half - (half - turns) % HEADINGS)
 
 
 def _turns(actions: Sequence[Action]) -> int:

@@ -12,13 +12,13 @@ from arramon_collecting.web.handlers import BASE, Handlers, home_address, json_r
 from arramon_collecting.web.writing.guidelines import guidelines_context, written_texts
 from arramon_collecting.web.writing.requests import read_draft, read_editor, read_submission
 from arramon_collecting.web.writing.write_tasks import Blocked, OpenTask, WriteTasks
+from arramon_collecting.writing.bends import NO_BEND, Bend, bend_of
 from arramon_collecting.writing.characters import MAX_TEXT_CHARACTERS
 from arramon_collecting.writing.pictures import WriterPictures
 from arramon_collecting.writing.walk import (
     PARTS,
     Move,
     Position,
-    bend,
     enter,
     moved,
     preview,
@@ -124,7 +124,7 @@ class WritePage:
         facts = {
             "Arramon-Position": str(seen.position),
             "Arramon-Outcome": seen.outcome,
-            "Arramon-Bend": str(seen.bend),
+            "Arramon-Bend": f"{seen.bend.angle} {seen.bend.net} {'later' if seen.bend.is_later else 'first'}",
             "Arramon-Progress": f"{seen.position.place / max(1, len(line) - 1):.3f}",
             "Arramon-Bearing": "" if bearing is None else f"{bearing:.0f}",
         }
@@ -227,12 +227,12 @@ class Seen:
     Attributes:
         position: the position.
         outcome: what the move did; "" without one.
-        bend: how far the line turned the writer in it, as `walk.bend`.
+        bend: how the line turned the writer in it.
     """
 
     position: Position
     outcome: str = ""
-    bend: int = 0
+    bend: Bend = NO_BEND
 
 
 def _moved(query: Mapping[str, str], task: OpenTask) -> Seen:
@@ -248,7 +248,7 @@ def _moved(query: Mapping[str, str], task: OpenTask) -> Seen:
         raise BadInput(f"move {quoted(query['move'])}, expected one of {', '.join(Move)}")
     move = Move(query["move"])
     after, outcome = moved(position, move, task.episode)
-    return Seen(after, outcome, bend(position, move, after, task.episode))
+    return Seen(after, outcome, bend_of(position, move, after, task.episode))
 
 
 def _saved(task: OpenTask, draft: Draft, t: PageTexts) -> dict[str, Any]:

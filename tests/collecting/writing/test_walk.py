@@ -1,7 +1,6 @@
 """How a writer walks, by tables of moves on the tiny episode, whose turn 2 begins with a turn of 90 degrees."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -13,7 +12,6 @@ from arramon_collecting.writing.walk import (
     Move,
     Position,
     begin,
-    bend,
     enter,
     lines,
     moved,
@@ -64,47 +62,6 @@ def walk(moves: Sequence[Move], position: Position | None = None) -> tuple[Posit
 def test_street(moves: Sequence[Move], end: str, outcomes: list[Did]) -> None:
     position, found = walk(moves)
     assert (str(position), found) == (end, outcomes)
-
-
-def test_the_writer_is_told_that_the_line_turned() -> None:
-    """Turn 2 begins with a turn of 90 degrees to the right; keys that turn are no news."""
-    position, _ = walk((F, F, ACT, ACT))
-    bends = []
-    for move in (F, F, B, B, R, R, R, R, F, F):
-        before = position
-        position, _ = moved(before, move, EPISODE)
-        bends.append(bend(before, move, position, EPISODE))
-    assert bends == [90, 0, 0, -90, 0, 0, 0, 0, 90, 0]
-
-
-@pytest.mark.parametrize(
-    ("turns", "bends"),
-    [
-        ((0, 0, 0, 0), [0, 0, 0, 0]),
-        ((0, 1, 0, 1), [0, 30, -30, 30]),  # a zigzag
-        ((0, 1, 2, 3), [0, 30, 60, 90]),  # a curve
-        ((0, -1, -2, -3, -4), [0, -30, -60, -90, -90]),
-        ((0, 6), [0, 180]),
-        ((0, 3, 2), [0, 90, -30]),  # back a little after a corner
-        ((0, 3, 4, 5), [0, 90, 30, 60]),  # a curve after a corner, which was told
-        ((0, 0, 1, 3), [0, 0, 30, 90]),
-    ],
-)
-def test_single_turns_add_up_to_a_curve(turns: Sequence[int], bends: list[int]) -> None:
-    pose, path, actions = EPISODE.start, [(EPISODE.start.x, EPISODE.start.z)], list[Action]()
-    for last, turn in zip((0, *turns), turns, strict=False):
-        actions += [Action.RIGHT if turn > last else Action.LEFT] * abs(turn - last) + [Action.FORWARD]
-        pose = replace(EPISODE.start, x=pose.x, z=pose.z, heading=(EPISODE.start.heading + 30 * turn) % 360).ahead(1.0)
-        path.append((pose.x, pose.z))
-    first = replace(EPISODE.turns[0], path=tuple(path), actions=tuple(actions))
-    curved = replace(EPISODE, turns=(first, EPISODE.turns[1]))
-    position, found = begin(curved), list[tuple[int, int]]()
-    while position.place < len(turns):
-        before = position
-        position, _ = moved(before, F, curved)
-        if before.place != position.place or before.turned != position.turned:
-            found.append((before.place, bend(before, F, position, curved)))
-    assert [max((degrees for at, degrees in found if at == place), key=abs) for place in range(len(turns))] == bends
 
 
 @pytest.mark.parametrize(("position", "shown"), [("0.1.3.2.0.0", "1.0.0.2.0.0"), ("1.0.3.1.2.1", "0.2.0.2.0.1")])

@@ -27,8 +27,8 @@ export class PageView {
   }
 
   moved({ move, outcome, bend, progress, bearing }, part) {
-    element("outcome").textContent = bend ? this.turned(move, outcome, bend) : this.texts[`outcome_${outcome}`] ?? "";
-    this.flash(Math.abs(bend) < SHARP ? "" : this.texts[`flash_${bendName(bend)}`]);
+    element("outcome").textContent = bend.angle ? this.turned(move, outcome, bend) : this.texts[`outcome_${outcome}`] ?? "";
+    this.flash(Math.abs(bend.angle) < SHARP ? "" : this.texts[`flash_${bendName(bend.angle)}`]);
     element("way").value = progress;
     element("way").hidden = part % 2 === 1;
     const arrow = element("arrow");
@@ -40,12 +40,19 @@ export class PageView {
     element("where").textContent = this.texts[`${part % 2 ? "cell" : "target"}_${side}`];
   }
 
-  // That the line turned the writer, by `bend` degrees: who did not press a key to turn may not notice it.
-  turned(move, outcome, bend) {
+  // That the line turned the writer: who did not press a key to turn may not notice it. Of bends that follow each other
+  // closely it says where they lead together, which is what a text has to say.
+  turned(move, outcome, { angle, net, isLater }) {
+    const here = bendName(angle), together = bendName(net);
+    const bend = this.texts[`bend_${here}`];
+    if (move === "back") return this.say("turned_back", { bend });
+    const isFaced = outcome === "faced_line";
     const isStart = element("way").value === 0; // not yet that of this move
-    const faced = isStart ? "begins_with_bend" : "faced_bend";
-    const key = move === "back" ? "turned_back" : outcome === "faced_line" ? faced : "moved_bend";
-    return this.say(key, { bend: this.texts[`bend_${bendName(bend)}`] });
+    if (here === together) return this.say(!isFaced ? "moved_bend" : isStart ? "begins_with_bend" : "faced_bend", { bend });
+    if (here.startsWith("little") && together === "straight") return this.texts.moved_sway;
+    const first = isStart ? "begins_with_bends" : "first_bend";
+    const said = [this.say(isLater ? "later_bend" : first, { bend }), this.say(`together_${together}`)];
+    return [...said, isFaced ? this.texts.press_again : ""].filter(Boolean).join(" ");
   }
 
   // A few words over the view, for a moment.
@@ -129,6 +136,7 @@ function markedNodes(text, marks) {
 }
 
 function bendName(bend) {
+  if (bend === 0) return "straight";
   if (Math.abs(bend) > 135) return "around";
   return `${Math.abs(bend) < SHARP ? "little_" : ""}${bend < 0 ? "left" : "right"}`;
 }

@@ -45,7 +45,7 @@ export class Walk {
         before,
         move: change.move,
         outcome: response.headers.get("Arramon-Outcome"),
-        bend: Number(response.headers.get("Arramon-Bend")),
+        bend: readBend(response.headers.get("Arramon-Bend")),
         progress: Number(response.headers.get("Arramon-Progress")),
         bearing: bearing ? Number(bearing) : null,
       });
@@ -60,4 +60,11 @@ export class Walk {
     this.next = null;
     if (next) this.request(next);
   }
+}
+
+// How the line turned the writer, from a header such as "-90 90 first": here, together with the bends close to it, and
+// whether one of these came before.
+function readBend(header) {
+  const [angle, net, place] = header.split(" ");
+  return { angle: Number(angle), net: Number(net), isLater: place === "later" };
 }

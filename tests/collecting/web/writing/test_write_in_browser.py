@@ -6,7 +6,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 
 from arramon_collecting.web.access import cookie_name
 from tests.collecting.web.writing.write_site import DONE_AT, OTHER_EDITOR, TEXTS, Writer, WriteSite
@@ -90,6 +90,44 @@ def test_walking_keys_walk_from_anywhere_outside_a_text(browser: Browser, site: 
         summary.focus()
         page.keyboard.press("Escape")
         expect(page.locator("#view")).to_be_focused()
+
+
+@pytest.mark.parametrize(
+    ("bend", "said", "flash"),
+    [
+        ("90 90 first", "The way begins with a turn: it turns to the right.", "You turned right"),
+        (
+            "-90 90 first",
+            "first to the left. Together they are one turn to the right",
+            "You turned left",
+        ),
+        (
+            "180 90 later",
+            "just after another turn. Together they are one turn to the right",
+            "You turned around",
+        ),
+        ("30 0 first", "The line only sways a little here: it leads straight on.", ""),
+    ],
+)
+def test_bends_that_follow_each_other_are_told_together(
+    browser: Browser, site: WriteSite, bend: str, said: str, flash: str
+) -> None:
+    """The tiny street has no such line: the answer to one move is that of a line that has."""
+    writer = site.writer()
+
+    def turn(route: Route) -> None:
+        answer = route.fetch()
+        route.fulfill(
+            response=answer, headers={**answer.headers, "arramon-bend": bend, "arramon-outcome": "faced_line"}
+        )
+
+    with window(browser, writer) as context:
+        page = opened(context, writer)
+        page.route(re.compile("/view[?].*move="), turn)
+        page.focus("#view")
+        page.keyboard.press("ArrowUp")
+        expect(page.locator("#outcome")).to_contain_text(said, timeout=60_000)
+        expect(page.locator("#flash")).to_have_text(re.compile(f"{flash}$"))
 
 
 def test_words_at_fault_are_marked_and_block(browser: Browser, site: WriteSite) -> None:
