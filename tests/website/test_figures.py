@@ -1,21 +1,26 @@
 """The figures: drawn from the tables as they are, and by all of them."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from tests import ROOT
-from website.figures import ablations, drawings, results, style
-from website.figures.tables import difference, read_tables
+from website.figures import ablations, drawings, language, results, speed, style
+from website.figures.tables import difference, read_tables, table
 
 FOLDER = ROOT / "docs" / "figures"
 
 RENEW = "renew it with: python -m website.figures"
 
-CHARTS = {name: results.rows(metric) for metric, name in results.METRICS.items()} | {
-    name: ablations.rows(name) for name in ablations.CHARTS
-}
+CHARTS = (
+    {name: results.rows(metric) for metric, name in results.METRICS.items()}
+    | {name: ablations.rows(name) for name in ablations.CHARTS}
+    | {name: language.rows(name) for name in language.CHARTS}
+    | {speed.NAME: speed.rows()}
+)
 
 
 @pytest.mark.parametrize("name", CHARTS)
@@ -63,6 +68,39 @@ def test_differences_are_read() -> None:
     assert difference("") is None
     with pytest.raises(ValueError, match=r"the cell .0\.5. is no difference"):
         difference("0.5")
+
+
+def test_shares_of_both_phases_are_read_and_other_figures_left_out() -> None:
+    data = CHARTS["language-phrases"]
+    assert {row["phase"] for row in data} == {"navigation", "assembly"}
+    assert {row["texts"] for row in data} == {"en", "people"}
+    assert "words per text" not in {row["phrase"] for row in data}
+    assert {row["texts"] for row in CHARTS["language-paths"]} == {"en", "hi", "people"}
+
+
+def test_other_projects_and_busy_machines_are_marked() -> None:
+    data = {row["name"]: row for row in CHARTS["speed-peers"]}
+    assert {name for name, row in data.items() if row["project"] == "other"} == {
+        "tiny (PyBullet's TinyRenderer), RGB and depth, 224", "tiny, 128", "ViZDoom, RGB and depth, 320x240",
+        "MiniWorld, RGB only, 224", "MiniWorld, 224, RGB", "MiniGrid's BabyAI, no images",
+    }  # fmt: skip
+    assert {name for name, row in data.items() if row["machine"]} == {
+        "MiniWorld, 224, RGB", "MiniGrid's BabyAI, no images",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("draw", [partial(language.draw, "language-paths"), speed.draw])
+def test_other_charts_are_drawn(draw: Callable[[Path], None], tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="the extra `docs` is not installed: scripts/setup dev")
+    draw(tmp_path / "a.svg")
+    svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    ET.fromstring(svg)
+    assert not [colour for colour in style.VARIABLES if colour in svg]
+
+
+def test_a_missing_table_is_an_error() -> None:
+    with pytest.raises(ValueError, match=r"has no table whose first column is 'none'"):
+        table(results.PAGE, "val_seen", "none")
 
 
 def test_a_missing_section_is_an_error() -> None:

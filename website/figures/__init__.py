@@ -1,1 +1,1 @@
-"""The figures of the documentation: charts of the tables in `docs/results`, and drawings."""
+"""The figures of the documentation: charts of the tables in `docs`, and drawings."""

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from website.figures import ablations, drawings, results
+from website.figures import ablations, drawings, language, results, speed
 from website.staging import DOCS
 
 
@@ -18,6 +18,9 @@ def main() -> int:
         results.draw(metric, folder / f"{name}.svg")
     for name in ablations.CHARTS:
         ablations.draw(name, folder / f"{name}.svg")
+    for name in language.CHARTS:
+        language.draw(name, folder / f"{name}.svg")
+    speed.draw(folder / f"{speed.NAME}.svg")
     for name, text in drawings.all_drawings().items():
         (folder / f"{name}.svg").write_text(text, encoding="utf-8")
     return 0

@@ -26,6 +26,23 @@ def read_tables(page: Path, section: str) -> list[list[Row]]:
     return [list(_rows(block)) for block in re.findall(r"(?:^\|.*\n)+", found[1], re.MULTILINE)]
 
 
+def table(page: Path, section: str, first: str) -> list[Row]:
+    """Return the first table of a section whose first column has a heading.
+
+    Args:
+        page: the page.
+        section: heading of the second level, without its marks.
+        first: heading of the first column.
+
+    Raises:
+        ValueError: if there is no such section or table.
+    """
+    for found in read_tables(page, section):
+        if found and next(iter(found[0])) == first:
+            return found
+    raise ValueError(f"{page}, section {section!r}, has no table whose first column is {first!r}")
+
+
 def _rows(block: str) -> Iterator[Row]:
     head, _, *lines = (_cells(line) for line in block.strip().split("\n"))
     head = [
