@@ -1040,7 +1040,7 @@ class Epoch(_message.Message):
     statement: _builtins.bytes
     """What the host committed to when it opened the epoch, as canonical JSON (RFC 8785), described"""
     commitment: _builtins.bytes
-    """in docs/how-to/hosting.md. Its SHA-256 is the commitment.
+    """in docs/how-to/seasons.md. Its SHA-256 is the commitment.
     SHA-256 of the statement, 32 bytes; in the receipt of every run on the epoch.
     """
     opened_at: _builtins.str
