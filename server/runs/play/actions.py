@@ -122,7 +122,7 @@ class ActionHandler:
             batch.endings.append(ending_of(stream.run, session, cause, note))
         in_batch = sum(ending.run_id == run_id for ending in batch.endings)
         ended = EpisodeEnded(episode_id, cause, self._journal.count_ended(run_id) + in_batch)
-        stream.ended.add(episode_id)
+        stream.note_end(episode_id)
         stream.drop(episode_id)
         return ended
 

@@ -4,7 +4,7 @@ import time
 from collections.abc import Collection, Iterator
 
 from arramon_server.runs.play.actions import observation_of
-from arramon_server.runs.play.events import EpisodeStarted, Event, Observed, StreamOpened
+from arramon_server.runs.play.events import EpisodeEnded, EpisodeStarted, Event, Observed, StreamOpened
 from arramon_server.runs.play.faults import EpisodeFault, FaultHandler, fault_boundary
 from arramon_server.runs.play.session_loader import SessionLoader
 from arramon_server.runs.play.stream import AssignedEpisode, Stream
@@ -45,11 +45,16 @@ class Assignment:
         Args:
             stream: stream to assign to; on the first call, its outbox also gets the ids of the episodes it resumes.
             held: ids of the run's episodes that are open on streams of this process.
-            first: whether the stream has just joined.
+            first: whether the stream has just joined. If it pauses and its run is between two episodes, it gets the end
+                of the latest one again, and no further one.
         """
         run_id = stream.run.run_id
+        orphans = self._orphans(stream, held)
+        end = self._latest_end(run_id) if first and stream.pauses and not orphans else None
+        if end is not None:
+            stream.note_end(end.episode_id)
         free = stream.free_slots
-        wanted = self._orphans(stream, held)[:free]
+        wanted = orphans[:free]
         if free > len(wanted):
             wanted += self._journal.pending(run_id, free - len(wanted))
         lost = {claim.episode_id for claim in wanted if self._was_lost(claim)}
@@ -57,6 +62,7 @@ class Assignment:
         if first:
             back = tuple(claim.episode_id for claim in won if claim.state == OPEN)
             stream.outbox.append(StreamOpened(stream.run, self._journal.progress(run_id), back))
+            stream.outbox.extend([end] if end is not None else [])
         for claim in won:
             remembers = claim.player == stream.player and not (first and stream.history)
             stream.assigned[claim.episode_id] = AssignedEpisode(claim, with_history=not remembers)
@@ -86,6 +92,13 @@ class Assignment:
             return left and (stream.adopt or claim.idle >= self._grace)
 
         return [claim for claim in self._journal.open_claims(stream.run.run_id) if may_take(claim)]
+
+    def _latest_end(self, run_id: str) -> EpisodeEnded | None:
+        """Return the end of a run's latest ended episode if others have not ended; otherwise None."""
+        endings = self._journal.endings(run_id)
+        if not endings or not self._journal.count_unended(run_id):
+            return None
+        return EpisodeEnded(endings[-1].episode_id, endings[-1].cause, len(endings))
 
     def _was_lost(self, claim: Claim) -> bool:
         """Return whether the process that held an episode died, so that offering it again is the server's fault."""

@@ -144,7 +144,7 @@ class Engine:
 
     def resume(self, stream: Stream) -> None:
         """Assign further episodes to a stream that pauses between them."""
-        stream.resumed_after = len(stream.ended)
+        stream.is_between = False
         if stream in self._streams and stream.free_slots and not stream.has_run_end:
             with self._guard(stream):
                 self._after_ending(stream)

@@ -97,7 +97,7 @@ class FaultHandler:
             return
         self._journal.commit(CommitBatch(endings=[self._ending(run, claim)]))
         ended = EpisodeEnded(claim.episode_id, causes.SERVER_FAULT, self._journal.count_ended(run.run_id))
-        stream.ended.add(claim.episode_id)
+        stream.note_end(claim.episode_id)
         stream.outbox.append(ended)
 
     def _ending(self, run: Run, claim: Claim) -> EpisodeEnding:

@@ -93,7 +93,7 @@ class Stream:
         opening: iterator that opens the first of them step by step; None if it has not begun.
         oldest_arrival: arrival time of the oldest actions that are not fully answered; None without such actions.
         ended: ids of episodes whose end was reported to the client: late answers to them are ignored.
-        resumed_after: number of ended episodes after which the person has asked for the next one.
+        is_between: whether it pauses after an episode: the person has not asked for the next one.
     """
 
     run: Run
@@ -116,7 +116,7 @@ class Stream:
     opening: Iterator[None] | None = None
     oldest_arrival: float | None = None
     ended: set[str] = field(default_factory=set)
-    resumed_after: int = 0
+    is_between: bool = False
     _taken: asyncio.Event = field(default_factory=asyncio.Event)
 
     @property
@@ -162,7 +162,7 @@ class Stream:
     @property
     def free_slots(self) -> int:
         """Number of further episodes that can be assigned to it."""
-        if self.pauses and len(self.ended) > self.resumed_after:
+        if self.is_between:
             return 0
         return self.max_episodes - len(self.sessions) - len(self.assigned)
 
@@ -174,6 +174,11 @@ class Stream:
         """Return the claim of an open episode; for any other id, an invalid claim (fence -1)."""
         session = self.sessions.get(episode_id)
         return Claim(episode_id, OPEN, self.player, session.fence if session else -1)
+
+    def note_end(self, episode_id: str) -> None:
+        """Note that the end of an episode is reported: one that pauses gets no further episode until it is resumed."""
+        self.ended.add(episode_id)
+        self.is_between = self.pauses
 
     def drop(self, episode_id: str) -> None:
         """Forget an episode, open or assigned."""

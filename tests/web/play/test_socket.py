@@ -51,6 +51,49 @@ def test_a_page_that_pauses_asks_for_the_next_episode(server: PageServer) -> Non
     with_page(server.site, play)
 
 
+def test_a_page_that_comes_back_between_two_episodes_is_still_there(server: PageServer) -> None:
+    """The end of the latest episode comes again, and the next one, with its clock, begins only when it is asked for."""
+
+    async def play() -> None:
+        new = {"split": "tiny", "language": "en", "episodes": 2}
+        hello = {"type": "hello", "player": "b" * 16, "size": 224, "token": "", "pauses": True}
+        async with page(server.site) as client:
+            await client.say(**hello, new=new)
+            run = (await client.until("opened"))["run"]
+            first = await client.until("state")
+            await client.say(type="give_up", episode=first["episode"])
+            ended = await client.until("episode_ended")
+        for _ in range(2):
+            async with page(server.site) as client:
+                await client.say(**hello, run=run)
+                assert (await client.until("opened"))["ended"] == 1
+                assert await client.message() == ended
+                await client.say(type="scores", episode=first["episode"])
+                assert (await client.message())["type"] == "scores"
+        with closing(Database(f"sqlite:///{server.data / 'journal.db'}")) as database:
+            assert Journal(database).open_claims(run) == []
+        async with page(server.site) as client:
+            await client.say(**hello, run=run)
+            await client.until("episode_ended")
+            await client.say(type="next")
+            second = await client.until("state")
+            assert second["episode"] != first["episode"]
+            await client.key(second, R)
+            await client.until("state")
+        async with page(server.site) as client:  # in the middle of an episode nothing waits
+            await client.say(**hello, run=run)
+            state = await client.until("state")
+            assert (state["episode"], state["step"]) == (second["episode"], 1)
+            await client.say(type="give_up", episode=state["episode"])
+            assert (await client.until("run_ended"))["ended"] == 2
+        async with page(server.site) as client:
+            await client.say(**hello, run=run)
+            await client.until("opened")
+            assert (await client.message())["type"] == "run_ended"
+
+    asyncio.run(play())
+
+
 def test_an_episode_from_the_first_key_to_the_scores(server: PageServer) -> None:
     async def play(client: PageClient) -> None:
         await client.hello(size=448)
