@@ -21,20 +21,21 @@ const game = new Game((message) => connection.send(message), {
     document.documentElement.dataset.drawn = `${game.state?.episode} ${step}`;
   }),
   phaseEnded: (phase) => view.status(phase.forced ? texts.step_limit : ""),
-  ended: (ended) => {
+  ended: (ended, dropped) => {
     lastEpisode = ended.episode;
     run.ended = ended.ended;
     view.progress(run.ended, run.episodes);
+    if (dropped) view.status(view.droppedWords(dropped));
     view.clearStrip();
     if (settings.isTest && run.ended < run.episodes) connection.send({ type: "scores", episode: ended.episode });
   },
-  problem: (problem) => view.status(view.say("problem", { message: problem.message })),
+  problem: (problem, dropped) => view.status([view.say("problem", { message: problem.message }), view.droppedWords(dropped)].join(" ").trim()),
 });
 
 const connection = new Connection(settings.socket, hello, {
   message: take,
   frame: (step, jpeg) => game.takeFrame(step, jpeg),
-  lost: () => view.status(texts.lost),
+  lost: () => { game.lose(); view.status(texts.lost); },
   refused,
 });
 
@@ -78,6 +79,7 @@ function endTest(message) {
 }
 
 function refused(closed, isFinal) {
+  game.lose();
   game.state = null; // keys wait until the page is connected again
   if (settings.isTest && closed.code === "NotFound" && practiceRun) { practiceRun = ""; connect(); return; } // kept in memory only
   const known = texts[`closed_${closed.code}`];

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Browser, Page, WebSocketRoute, expect
 
 from tests import forked, tiny
@@ -66,18 +67,98 @@ def test_tampered_messages_are_said_and_change_nothing(browser: Browser, server:
         expect(page.locator("#outcome")).to_have_text("You picked up: striped red mug")
 
 
-def test_a_thousand_keys_in_one_moment_are_two_steps(browser: Browser, server: PageServer) -> None:
+AT_ONCE = """([codes, repeat]) => {
+    for (const code of codes) document.body.dispatchEvent(new KeyboardEvent("keydown", { code, repeat, bubbles: true }));
+}"""
+"""Presses keys in one moment."""
+
+
+def test_a_thousand_keys_in_one_moment_are_nine_steps(browser: Browser, server: PageServer) -> None:
     with window(browser, server) as page:
         start(page, server)
-        page.evaluate("""() => {
-            for (let i = 0; i < 1000; i++) {
-                document.body.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowLeft", bubbles: true }));
-            }
-        }""")
-        drawn(page, 2)
-        press(page, (tiny.R,), first=2)
-        expect(page.locator("#steps")).to_have_text("17")
-        expect(page.locator("#heading")).to_have_text("330° from the start of this part")
+        page.evaluate(AT_ONCE, [["ArrowLeft"] * 1000, False])
+        drawn(page, 9)
+        expect(page.locator("#outcome")).to_have_text(
+            "You turned left. Further key presses that were not carried out: 991."
+        )
+        expect(page.locator("#flash")).to_have_text("Further key presses that were not carried out: 991.")
+        press(page, (tiny.R,), first=9)
+        expect(page.locator("#outcome")).to_have_text("You turned right.")
+        expect(page.locator("#steps")).to_have_text("10")
+        expect(page.locator("#heading")).to_have_text("120° from the start of this part")
+
+
+def test_a_key_that_is_held_is_not_kept(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        start(page, server)
+        page.evaluate(AT_ONCE, [["ArrowLeft"] * 1000, True])
+        drawn(page, 1)
+        press(page, (tiny.R,), first=1)
+        expect(page.locator("#outcome")).to_have_text("You turned right.")
+        expect(page.locator("#steps")).to_have_text("18")
+
+
+@pytest.mark.parametrize(
+    ("before", "keys", "step", "said"),
+    [
+        ((), ["ArrowUp", "ArrowUp", "Space", "ArrowUp", "ArrowUp"], 3, "You picked up: striped red mug"),
+        ((), ["ArrowUp", "Space", "Space", "ArrowUp"], 2, "You picked up: striped red mug"),
+        ((), ["Space", "ArrowUp", "ArrowLeft"], 1, "Nothing is within reach."),
+        (
+            (tiny.F, tiny.P, tiny.L),
+            ["ArrowUp", "Space", "Space"],
+            4,
+            "You can step only while you face a wall straight: turn left or right first. The try cost a step.",
+        ),
+    ],
+)
+def test_keys_that_wait_are_dropped_where_their_place_changes(
+    browser: Browser, server: PageServer, before: tuple[int, ...], keys: list[str], step: int, said: str
+) -> None:
+    with window(browser, server) as page:
+        start(page, server)
+        press(page, before)
+        page.evaluate(AT_ONCE, [keys, False])
+        drawn(page, step)
+        for place in ("#outcome", "#flash"):
+            text = f"{said} Further key presses that were not carried out: 2."
+            expect(page.locator(place)).to_have_text(text)
+        press(page, (tiny.L,), first=step)  # the next one counts at once
+        expect(page.locator("#outcome")).to_have_text("You turned left.")
+
+
+def test_keys_that_wait_are_dropped_when_the_connection_is_lost(browser: Browser, server: PageServer) -> None:
+    """The first one, which was sent, counts; those behind it, and those pressed before the page is back, do not."""
+    kept: list[WebSocketRoute] = []
+    is_open = True
+
+    def keys(message: Message, forward: Pass) -> None:
+        if is_open:
+            forward(message)
+
+    with window(browser, server, losing=True) as page:
+
+        def connect(route: WebSocketRoute) -> None:
+            kept.append(route)
+            behind = route.connect_to_server()
+            route.on_message(lambda message: keys(message, behind.send))
+
+        page.route_web_socket("**/play/socket", connect)
+        start(page, server)
+        is_open = False
+        page.evaluate(AT_ONCE, [["ArrowUp", "ArrowLeft", "ArrowLeft"], False])
+        page.route_web_socket("**/play/socket", lambda route: route.close())
+        kept[0].close()
+        expect(page.locator("#status")).to_contain_text("The connection was lost.")
+        page.evaluate(AT_ONCE, [["ArrowRight"], False])
+        is_open = True
+        page.route_web_socket("**/play/socket", connect)
+        drawn(page, 1)
+        expect(page.locator("#outcome")).to_have_text(
+            "You moved one step. Further key presses that were not carried out: 3."
+        )
+        press(page, (tiny.L,), first=1)
+        expect(page.locator("#steps")).to_have_text("18")
 
 
 def test_a_frame_that_arrives_after_the_next_key_is_not_shown(browser: Browser, server: PageServer) -> None:

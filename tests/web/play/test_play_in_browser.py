@@ -104,6 +104,49 @@ def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: Pag
         expect(page.locator("#start")).to_be_visible()
 
 
+def test_a_reload_in_the_tutorial_loses_nothing(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        page.goto(f"{server.site}/en/play")
+        page.click("#practice button")
+        first, second, _ = practice_split().episodes
+        expect(page.locator("html")).to_have_attribute("data-drawn", f"{first} 0", timeout=60_000)
+        press(page, (tiny.L, tiny.R))
+        page.reload()
+        drawn(page, 2)
+        expect(page.locator("#progress")).to_have_text("practice, part 1 of 3")
+        page.on("dialog", lambda dialog: dialog.accept())
+        page.click("#give-up")
+        expect(page.locator("#result .verdicts .wrong")).to_have_count(2)
+        page.reload()
+        expect(page.locator("#result .verdicts .wrong")).to_have_count(2)
+        expect(page.locator("#status")).to_contain_text("Part 1 of 3 is over")
+        expect(page.locator("#game")).to_be_hidden()
+        page.click("#next button")
+        expect(page.locator("html")).to_have_attribute("data-drawn", f"{second} 0", timeout=60_000)
+        page.click("#leave button")
+        expect(page.locator("#status")).to_have_text("You have left the practice. Start an episode when you like.")
+        page.reload()
+        expect(page.locator("#start")).to_be_visible()
+
+
+def test_a_tutorial_that_the_server_has_forgotten_begins_again(browser: Browser, tmp_path: Path) -> None:
+    server = PageServer(tmp_path)
+    with window(browser, server) as page:
+        page.goto(f"{server.site}/en/play")
+        page.click("#practice button")
+        drawn(page, 0)
+        press(page, (tiny.L,))
+        page.goto("about:blank")  # so that it does not come back by itself
+        assert server.stop() == 0
+        server.start()
+        page.goto(f"{server.site}/en/play")
+        expect(page.locator("#status")).to_have_text("The server no longer had your practice, so it begins again.")
+        drawn(page, 0)
+        press(page, (tiny.L,))
+        expect(page.locator("#status")).to_be_hidden()
+    assert server.stop() == 0
+
+
 def test_every_outcome_is_said(browser: Browser, server: PageServer) -> None:
     with window(browser, server) as page:
         start(page, server)
@@ -230,6 +273,9 @@ def test_between_episodes_a_person_reads_how_the_last_went(browser: Browser, ser
         page.keyboard.press("Space")
         expect(page.locator("#result .verdicts .wrong").first).to_contain_text("one tile, or one level, away")
         expect(page.locator("#game")).to_be_hidden()
+        page.reload()
+        expect(page.locator("#result .verdicts .wrong").first).to_contain_text("one tile, or one level, away")
+        expect(page.locator("#game")).to_be_hidden()
         page.click("#next button")
         drawn(page, 0)
         expect(page.locator("#result")).to_be_empty()
@@ -250,6 +296,13 @@ def test_another_language_says_that_a_run_waits(browser: Browser, server: PageSe
         start(page, server)
         page.goto(f"{server.site}/hi/play")
         expect(page.locator("#elsewhere")).to_contain_text("English")
+        page.go_back()
+        drawn(page, 0)
+        page.on("dialog", lambda dialog: dialog.accept())
+        page.click("#leave button")
+        expect(page.locator("#status")).to_have_text("You have left the run. Start another one when you like.")
+        page.reload()
+        expect(page.locator("#start")).to_be_visible()
 
 
 @pytest.mark.parametrize("size", [{"width": 740, "height": 360}, {"width": 640, "height": 450}])

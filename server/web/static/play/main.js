@@ -19,17 +19,20 @@ const LOW = 480; // pixels of height below which the game is scrolled to
 
 let size = slow ? settings.sizes[1] : settings.sizes[0];
 let wanted = null;  // a new run to create; null to continue the one that is kept
-let practice = null; // null outside the tutorial; in it the id of its run, empty before it is opened
+let practice = memory.practice(language) || null; // null outside the tutorial; in it the id of its run, empty before it is opened
+let beganAnew = false; // whether the page says that the tutorial had to begin again
 let lastPractised = ""; // the last episode of the tutorial, whose scores are the placement test
 let hasProblem = false; // whether a refused message is shown
 let revisited = ""; // an ended run that is shown again
+let lastDropped = ""; // of the keys that were pressed after the last episode had ended
 let current = null; // the run, as the server opened it
 
 const game = new Game((message) => connection.send(message), {
   state: (state, context) => {
     if (context.isNew) looking.end();
-    if (context.isNew && hasProblem) view.status("");
-    hasProblem &&= !context.isNew;
+    const isOld = context.isNew && (hasProblem || (beganAnew && state.step > 0)); // what the status says
+    if (isOld) view.status("");
+    if (isOld) hasProblem = beganAnew = false;
     view.state(state, context);
   },
   frame: (step, jpeg) => view.frame(jpeg, () => game.state?.step === step, () => {
@@ -40,25 +43,30 @@ const game = new Game((message) => connection.send(message), {
     document.documentElement.dataset.looked = String(looking.degrees);
   }),
   phaseEnded: (phase) => view.status(phase.forced ? texts[`step_limit_${phase.phase}`] : ""),
-  ended: (ended) => {
+  ended: (ended, dropped) => {
     current.ended = ended.ended;
     lastPractised = practice !== null ? ended.episode : "";
     view.progress(current.ended, current.episodes);
-    view.status(view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }));
+    lastDropped = view.droppedWords(dropped);
+    view.status([view.say("ended", { cause: texts[`cause_${ended.cause}`] ?? ended.cause }), lastDropped].join(" ").trim());
+    hasProblem = beganAnew = false;
     view.clearStrip();
     if (current.ended < current.episodes) pause();
     if (!current.is_hidden) connection.send({ type: "scores", episode: ended.episode });
   },
-  problem: (problem) => {
+  problem: (problem, dropped) => {
     hasProblem = true;
-    view.status(view.say("problem", { message: problem.message }));
+    view.status([view.say("problem", { message: problem.message }), view.droppedWords(dropped)].join(" ").trim());
   },
 });
 
 const connection = new Connection(settings.socket, hello, {
   message: take,
   frame: (step, jpeg, isLook) => game.takeFrame(step, jpeg, isLook),
-  lost: () => { view.status(texts.lost); },
+  lost: () => {
+    game.lose();
+    view.status(texts.lost);
+  },
   refused,
 });
 
@@ -84,9 +92,9 @@ function take(message) {
       wanted = null;
       current = message;
       if (practice === null) memory.begin(language, message.run);
-      else practice = message.run;
+      else memory.keepPractice(language, practice = message.run);
       view.opened(message);
-      view.status("");
+      view.status(beganAnew ? texts.practice_anew : "");
       for (const button of gameButtons()) button.disabled = false;
       // Without these aids it says only what is written there; the key X stays for screen readers.
       element("describe").hidden = !(message.aids.scene_words || message.aids.ahead);
@@ -95,14 +103,14 @@ function take(message) {
     case "started":
       view.clearStrip();
       element("result").replaceChildren();
-      view.status("");
+      view.status(beganAnew ? texts.practice_anew : "");
       showGame(true);
       break;
     case "look": break; // its view follows
     case "scores":
       view.scores(message.html, message.episode === "");
       element("onward").hidden = element("begin").hidden;
-      if (practice === null && !element("next").hidden) view.status(""); // the result says how the episode ended, too
+      if (practice === null && !element("next").hidden) view.status(lastDropped); // the result says how the episode ended, too
       if (practice === null && lastPractised && message.episode === lastPractised) {
         view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
       } else if (practice !== null) view.lessonEnded(message.placed.every(Boolean), current.ended, current.episodes);
@@ -117,7 +125,7 @@ function take(message) {
       game.reset();
       connection.finish();
       if (practice !== null) {
-        practice = null;
+        endPractice();
         memory.notePractice();
         showGame(false);
         view.status(texts.practice_ended);
@@ -137,19 +145,47 @@ function take(message) {
 }
 
 function refused(closed, isFinal) {
+  game.lose();
   game.state = null; // keys wait until the page is connected again
   const known = texts[`closed_${closed.code}`];
   view.status(known ? view.say(`closed_${closed.code}`, { message: closed.message }) : closed.message);
   if (!isFinal) return;
   const movedOn = closed.code === "Replaced" || closed.code === "TakenOver";
   element("again").hidden = !movedOn;
+  element("leave").hidden = true;
   for (const button of gameButtons()) button.disabled = movedOn;
   if (revisited && !movedOn) memory.keepLast(language, "");
   revisited = "";
-  if (practice !== null && closed.code === "NotFound") { practice = ""; connect(); return; } // it was kept in memory only
-  if (practice !== null && !movedOn) practice = null;
+  if (practice !== null && closed.code === "NotFound") { beginAnew(); return; } // it was kept in memory only
+  if (practice !== null && !movedOn) endPractice();
   else if (closed.code === "NotFound" && !wanted) memory.end(language);
   if (!movedOn) showGame(false);
+}
+
+function endPractice() {
+  practice = null;
+  beganAnew = false;
+  memory.keepPractice(language, "");
+}
+
+// The server has forgotten the practice.
+function beginAnew() {
+  practice = "";
+  beganAnew = true;
+  connect();
+}
+
+// Leaves the practice, or the run, which is then over for this browser.
+function leave() {
+  const isPractice = practice !== null;
+  if (!isPractice && !confirm(texts.leave_really)) return;
+  if (isPractice) endPractice();
+  else memory.end(language);
+  connection.stop();
+  game.reset();
+  element("result").replaceChildren();
+  showGame(false);
+  view.status(texts[isPractice ? "left_practice" : "left_run"]);
 }
 
 function gameButtons() { return element("game").querySelectorAll("button"); }
@@ -167,6 +203,8 @@ function pause() {
 function showGame(plays) {
   element("game").hidden = !plays;
   element("begin").hidden = plays;
+  element("leave").hidden = !plays;
+  element("leave").querySelector("button").textContent = texts[practice === null ? "leave_run" : "leave_practice"];
   const isKnown = memory.hasPractised || memory.earlier.length > 0;
   element("practice").firstElementChild.hidden = isKnown;
   element("practice").classList.toggle("notice", !isKnown);
@@ -245,6 +283,7 @@ function showLast() {
 element("give-up").addEventListener("click", () => {
   if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
 });
+element("leave").querySelector("button").addEventListener("click", leave);
 element("forget")?.addEventListener("click", () => { memory.end(language); prepareForm(); });
 
 form?.addEventListener("submit", (event) => {
@@ -282,4 +321,4 @@ if (form) {
 prepareForm();
 showElsewhere();
 element("how")?.toggleAttribute("open", memory.earlier.length === 0);
-if (memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);
+if (practice || memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);

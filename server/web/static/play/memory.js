@@ -1,5 +1,6 @@
 // What the browser keeps: its player name, the token, and the ids of its runs. Without storage it keeps them until reload.
-const KEY = "arramon-play";
+// The run of the practice is kept by the window alone: another one may begin a practice of its own.
+const KEY = "arramon-play", PRACTICE = "arramon-practice-";
 const MOST_RUNS = 100;
 
 export class Memory {
@@ -48,6 +49,15 @@ export class Memory {
   }
 
   end(language) { delete this.kept.current[language]; this.save(); }
+
+  // The run of the practice that is played in this window in a language; empty for none.
+  practice(language) {
+    try { return sessionStorage.getItem(PRACTICE + language) ?? ""; } catch { return ""; }
+  }
+
+  keepPractice(language, run) {
+    try { sessionStorage.setItem(PRACTICE + language, run); } catch { /* private windows have no storage */ }
+  }
 
   save() {
     try { localStorage.setItem(KEY, JSON.stringify(this.kept)); } catch { /* private windows have no storage */ }

@@ -33,6 +33,9 @@ export class View {
     element("status").hidden = !text;
   }
 
+  // How many key presses were not carried out; empty if all were.
+  droppedWords(dropped) { return dropped ? this.say("dropped", { number: dropped }) : ""; }
+
   opened(run) {
     this.aids = run.aids;
     this.isPractice = run.split === "practice";
@@ -58,7 +61,7 @@ export class View {
     this.status(number + 1 === all ? `${said} ${this.texts.test_begins}` : said);
   }
 
-  state(state, { isNew, before, action }) {
+  state(state, { isNew, before, action, dropped }) {
     const isRoom = state.phase === "assembly";
     element("phase").textContent = this.say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn });
     const instruction = element("instruction");
@@ -70,7 +73,7 @@ export class View {
     this.clock = state.seconds_left === undefined ? null : { ...state, at: performance.now() };
     for (const one of document.querySelectorAll(".clock")) one.hidden = this.clock === null;
     this.tick();
-    if (isNew) this.outcome(state, before, action);
+    if (isNew) this.outcome(state, before, action, this.droppedWords(dropped));
     if (this.aids.compass && state.heading !== undefined) this.compass(state.heading);
     element("ahead").textContent = aheadWords((...of) => this.say(...of), state.ahead);
     this.landing(state.landing, state.ahead);
@@ -78,7 +81,7 @@ export class View {
     if (before && before.phase !== state.phase) this.clearStrip();
   }
 
-  outcome(state, before, action) {
+  outcome(state, before, action, dropped) {
     const say = (...of) => this.say(...of);
     const done = state.outcome ? say(state.outcome, { object: state.carried || this.texts.carries_something }) : "";
     const text = state.outcome === "blocked" || state.outcome === "cannot_place" ? whyNotWords(say, state.outcome, state.why) : done;
@@ -88,10 +91,10 @@ export class View {
     const said = state.outcome === "turned" && turned ? this.texts[`turned_${turned}`] : text;
     const isNear = state.ahead && (state.ahead.in_reach || state.phase === "assembly");
     const ahead = isNear ? aheadWords(say, state.ahead) : "";
-    element("outcome").textContent = [said, ahead, warning].filter(Boolean).join(" ");
+    element("outcome").textContent = [said, ahead, dropped, warning].filter(Boolean).join(" ");
     // What is shown over the picture need not stand below it, too: there it is for screen readers.
     element("outcome").classList.toggle("unseen", !quiet && !ahead);
-    this.flash([quiet ? "" : text, warning].filter(Boolean).join(" "));
+    this.flash([quiet ? "" : text, dropped, warning].filter(Boolean).join(" "));
   }
 
   flash(text) {
