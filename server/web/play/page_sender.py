@@ -220,6 +220,7 @@ class PageSender:
                     "aids": self._aids.named(),
                     "episodes": progress.episodes,
                     "ended": progress.ended,
+                    "has_clocks": run.step_seconds > 0,
                 }
             case ActionProblem(code, text, episode_id, step):
                 return {"type": "problem", "code": code, "message": text, "episode": episode_id, "step": step}

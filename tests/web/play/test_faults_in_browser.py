@@ -68,7 +68,9 @@ def test_tampered_messages_are_said_and_change_nothing(browser: Browser, server:
 
 
 AT_ONCE = """([codes, repeat]) => {
-    for (const code of codes) document.body.dispatchEvent(new KeyboardEvent("keydown", { code, repeat, bubbles: true }));
+    for (const code of codes) {
+        document.body.dispatchEvent(new KeyboardEvent("keydown", { code, repeat, bubbles: true }));
+    }
 }"""
 """Presses keys in one moment."""
 

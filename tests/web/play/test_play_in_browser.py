@@ -274,6 +274,7 @@ def test_between_episodes_a_person_reads_how_the_last_went(browser: Browser, ser
         expect(page.locator("#result .verdicts .wrong").first).to_contain_text("one tile, or one level, away")
         expect(page.locator("#game")).to_be_hidden()
         page.reload()
+        expect(page.locator("#next")).to_contain_text("Its time begins when you press this.")
         expect(page.locator("#result .verdicts .wrong").first).to_contain_text("one tile, or one level, away")
         expect(page.locator("#game")).to_be_hidden()
         page.click("#next button")

@@ -4,6 +4,7 @@ import { Game } from "./game.js";
 import { listen, listenForCommands } from "./keys.js";
 import { Looking } from "./looking.js";
 import { Memory } from "./memory.js";
+import { StartForm } from "./start.js";
 import { listenForSwipes } from "./swipes.js";
 import { View } from "./view.js";
 
@@ -12,7 +13,6 @@ const { texts, language } = settings;
 const element = (id) => document.getElementById(id);
 const memory = new Memory();
 const view = new View(texts);
-const form = element("start");
 const slow = navigator.connection?.saveData || /2g|3g/.test(navigator.connection?.effectiveType ?? "");
 
 const LOW = 480; // pixels of height below which the game is scrolled to
@@ -26,6 +26,12 @@ let hasProblem = false; // whether a refused message is shown
 let revisited = ""; // an ended run that is shown again
 let lastDropped = ""; // of the keys that were pressed after the last episode had ended
 let current = null; // the run, as the server opened it
+
+const form = new StartForm(memory, language, size, (run, imageSize) => {
+  size = imageSize;
+  wanted = run;
+  begin(null);
+});
 
 const game = new Game((message) => connection.send(message), {
   state: (state, context) => {
@@ -118,7 +124,7 @@ function take(message) {
     case "published":
       element("publish").hidden = true;
       memory.keepLast(language, "");
-      prepareForm();
+      form.prepare();
       view.published(`/${language}/runs/${message.run}`);
       break;
     case "run_ended":
@@ -196,7 +202,7 @@ function pause() {
   element("game").hidden = true;
   document.body.classList.remove("playing");
   element("next").hidden = false;
-  element("next").querySelector("span").hidden = view.clock === null;
+  element("next").querySelector("span").hidden = !current.has_clocks;
   window.scrollTo(0, 0);
 }
 
@@ -210,7 +216,7 @@ function showGame(plays) {
   element("practice").classList.toggle("notice", !isKnown);
   element("practice").querySelector("button").classList.toggle("quiet", isKnown);
   for (const id of ["again", "publish", "next", "onward"]) element(id).hidden = true;
-  if (!plays) { prepareForm(); window.scrollTo(0, 0); }
+  if (!plays) { form.prepare(); window.scrollTo(0, 0); }
   document.body.classList.toggle("playing", plays);
   if (!plays) return;
   element("totals").replaceChildren();
@@ -223,6 +229,15 @@ function showElsewhere() {
   const others = [...document.querySelectorAll("header nav a[hreflang]")].filter((link) => memory.run(link.hreflang));
   element("elsewhere").textContent = others.map((link) => view.say("elsewhere", { language: link.textContent })).join(" ");
   element("elsewhere").hidden = !others.length;
+}
+
+// Begins the practice, or the run that is wanted.
+function begin(lessons) {
+  practice = lessons;
+  revisited = "";
+  element("result").replaceChildren();
+  element("totals").replaceChildren();
+  connect();
 }
 
 function connect() {
@@ -258,17 +273,10 @@ element("swipes").querySelector("input").addEventListener("change", (event) => {
   useSwipes();
 });
 
-element("practice").querySelector("button").addEventListener("click", () => {
-  practice = "";
-  revisited = "";
-  element("result").replaceChildren();
-  element("totals").replaceChildren();
-  connect();
-});
+element("practice").querySelector("button").addEventListener("click", () => begin(""));
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
 element("next").querySelector("button").addEventListener("click", () => {
-  element("next").hidden = true;
-  connection.send({ type: "next" });
+  if (connection.send({ type: "next" })) element("next").hidden = true; // or the page comes back to it
 });
 element("publish").querySelector("button").addEventListener("click", () => {
   if (!connection.send({ type: "publish" })) showLast(); // it was closed long ago; the button is there again
@@ -284,41 +292,6 @@ element("give-up").addEventListener("click", () => {
   if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
 });
 element("leave").querySelector("button").addEventListener("click", leave);
-element("forget")?.addEventListener("click", () => { memory.end(language); prepareForm(); });
-
-form?.addEventListener("submit", (event) => {
-  event.preventDefault();
-  const { split, episodes, participant, token } = form.elements;
-  const hidden = "hidden" in split.selectedOptions[0].dataset;
-  memory.keepPerson(token.value.trim(), participant.value.trim());
-  size = Number(form.elements.size.value);
-  wanted = { split: split.value, episodes: hidden ? 0 : Number(episodes.value) };
-  element("result").replaceChildren();
-  element("totals").replaceChildren();
-  practice = null;
-  revisited = "";
-  connect();
-});
-form?.elements.split.addEventListener("change", prepareForm);
-
-function prepareForm() {
-  if (!form) return;
-  const option = form.elements.split.selectedOptions[0];
-  const hidden = "hidden" in option.dataset;
-  form.elements.episodes.disabled = hidden;
-  form.elements.episodes.max = Math.min(100, Number(option.dataset.episodes));
-  element("hidden-note").hidden = !hidden;
-  form.elements.token.required = "needed" in form.elements.token.dataset;
-  element("forget").hidden = !memory.run(language);
-  element("last").hidden = !memory.last(language);
-}
-
-if (form) {
-  form.elements.token.value = memory.token;
-  form.elements.participant.value = memory.name;
-  form.elements.size.value = String(size);
-}
-prepareForm();
 showElsewhere();
 element("how")?.toggleAttribute("open", memory.earlier.length === 0);
 if (practice || memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);
