@@ -115,7 +115,9 @@ def test_the_page_is_told_no_more_than_an_agent_of_a_hidden_split(site: VerifySi
     assert opened["aids"]["landing_diagram"] is True
     assert sum(opened["aids"].values()) == 1
     fields = {
-        "opened": {"run", "split", "language", "is_hidden", "participant", "size", "aids", "episodes", "ended", "has_clocks"},
+        "opened": {
+            "run", "split", "language", "is_hidden", "participant", "size", "aids", "episodes", "ended", "has_clocks",
+        },
         "started": {"episode", "step"},
         "state": {
             "episode", "step", "turn", "phase", "instruction", "phase_step", "steps_left", "carries", "carried",
