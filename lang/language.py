@@ -161,6 +161,15 @@ class Language:
         """
         return self._reading(text, phase)
 
+    def reads_whole(self, text: str, phase: str) -> bool:
+        """Return whether `read` skips no word of a text that matters; false for texts that it reads by foreign words.
+
+        Args:
+            text, phase: as for `read`.
+        """
+        is_foreign = re.search(f"[{LATIN}]", text) is not None and self.second_script is not None
+        return not is_foreign and self.parser.reads_whole(text, phase)
+
     def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns of a navigation instruction and every thing that it mentions, in order.
 

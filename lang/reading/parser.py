@@ -162,6 +162,23 @@ class InstructionParser:
             return read_navigation(discourse, items)
         return discourse.assembly(items, is_written=is_written)
 
+    def reads_whole(self, text: str, phase: str) -> bool:
+        """Return whether `read` skips no word of a text that matters, so that its meaning can be relied on.
+
+        Texts that are read by chunks never count as whole.
+
+        Args:
+            text, phase: as for `read`.
+        """
+        written = TextSegmenter(self, self._keys(text), phase, written_only=True)
+        if written.is_covered_by(written.items()):
+            return True
+        if self.chunker is not None and parser_for(self.chunker.rules, phase) is not None:
+            return False
+        keys = self._without_asides(self._keys(self._unabbreviated(text, phase), self._grammar.free_reading))
+        words = TextSegmenter(self, keys, phase)
+        return words.is_covered_by(words.items())
+
     def outline(self, text: str) -> tuple[OutlineEntry, ...]:
         """Return the turns and mentioned things of a navigation instruction, in order.
 

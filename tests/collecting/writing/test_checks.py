@@ -1,6 +1,9 @@
 """Checks of texts as they are written: what each finds, where it is, and how severe it is."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -8,7 +11,12 @@ import pytest
 from arramon_collecting.storage.texts.records import HINT
 from arramon_collecting.writing.characters import stored_form
 from arramon_collecting.writing.checks import TextChecker, any_blocks
-from arramon_dataset.paraphrases.collection import paraphrased_episodes, paraphrased_section
+from arramon_dataset.paraphrases.collection import (
+    generated_episodes,
+    paraphrased_episodes,
+    paraphrased_section,
+    paraphrases,
+)
 from arramon_lang.quality import BLOCKED, SUSPICIOUS
 from arramon_server.sim.catalogue import ObjectType
 from arramon_server.sim.room import RoomPosition
@@ -90,6 +98,42 @@ def test_hints_about_the_room_never_block(text: str, check: str) -> None:
     found = [finding for finding in one.findings(text, 1) if finding.severity == HINT]
     assert [finding.check for finding in found] == [check]
     assert not any_blocks(tuple(found))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Facing the wall with the green dots, place the striped red mug to the left of the dotted white bowl.",
+        "Place the striped red mug to the left of the dotted white bowl, a little nearer to you than the bowl.",
+        "Place the striped red mug next to the dotted green jar.",
+        "Place the striped red mug in the corner, next to the dotted white bowl.",
+    ],
+)
+def test_nothing_is_said_of_a_text_of_which_a_word_is_not_read(text: str) -> None:
+    found = checker().findings(text, 1)
+    assert [finding.check for finding in found if finding.severity == HINT] == []
+
+
+@pytest.mark.parametrize(
+    ("language", "sides"), [("en", (("left", "right"),)), ("hi", (("बाईं", "दाईं"), ("बाएँ", "दाएँ")))]
+)
+def test_hints_about_the_room_seldom_come_for_right_texts(language: str, sides: Sequence[tuple[str, str]]) -> None:
+    """Paraphrases that led their readers to the cell; a wrong text is such a one with its sides exchanged."""
+    episodes = {episode.episode_id: episode for episode in generated_episodes()}
+    right = [text for text in paraphrases() if text.language == language and text.assembly_led][:150]
+    hinted = {False: 0, True: 0}
+    for paraphrase, is_wrong in product(right, (False, True)):
+        one = TextChecker(episodes[paraphrase.episode], tiny.SECTION, language, 1000)
+        said = exchanged(paraphrase.assembly, sides) if is_wrong else paraphrase.assembly
+        hinted[is_wrong] += any(finding.severity == HINT for finding in one.findings(said, 2 * paraphrase.turn - 1))
+    assert hinted[False] <= len(right) // 20
+    assert hinted[True] > hinted[False]
+
+
+def exchanged(text: str, sides: Sequence[tuple[str, str]]) -> str:
+    """Return a text with the words of each pair exchanged."""
+    other = {one: two for pair in sides for one, two in (pair, pair[::-1])}
+    return re.sub("|".join(other), lambda found: other[found[0]], text)
 
 
 def test_things_that_are_not_in_the_street_are_hinted_at() -> None:
