@@ -145,7 +145,7 @@ def tuned_table(rows: Sequence[tuple[TunedAgent, Scores]]) -> str:
                 for metric in COLUMNS
             ]
             lines.append([f"`{setup.agent}`", *(shown_difference(*pair) for pair in pairs)])
-    return "What fine-tuning changes:\n\n" + markdown_table(["agent", *COLUMNS], lines) if lines else ""
+    return "Effects of fine-tuning:\n\n" + markdown_table(["agent", *COLUMNS], lines) if lines else ""
 
 
 def _mean(values: Sequence[float]) -> str:
