@@ -56,7 +56,7 @@ SENTENCES = [
     f"names what it needs, `{_quoted(world.DEFAULT_SENSORS)}` by default",
     f"A hidden split offers\n`{'` and `'.join(HIDDEN.sensors)}` alone",
     f"others `{SENSORS[2]}`, `{SENSORS[3]}` and `{SENSORS[4]}` (ground truth",
-    "with t = 5 seconds, `--parallel 6` is the\nmost that fits 60 seconds",
+    "With t = 5 seconds, `--parallel 6` is the most that\nfits 60 seconds",
 ]
 
 
