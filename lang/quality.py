@@ -59,6 +59,7 @@ class Failure:
         words: the words, symbols or letters at fault, normalised and case-folded; empty if the whole text is, or if
             something is missing. `quality_marks.marks` finds them in the text.
         expected: what was expected instead, in words of the language or a number; "" where the check alone says it.
+        term: of the check "term", the paper's name of the forbidden words, such as "go back"; "" otherwise.
     """
 
     check: str
@@ -66,6 +67,7 @@ class Failure:
     message: str
     words: tuple[str, ...] = ()
     expected: str = ""
+    term: str = ""
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.check}: {self.message}"
@@ -225,7 +227,7 @@ def _terms(words: _Words, rules: _Rules, phase: str) -> Iterator[Failure]:
     for term, listed in rules.forbidden[phase].items():
         if found := words.first_of(listed):
             called = "" if found == term else f" ({term})"
-            yield Failure("term", BLOCKED, f"{found!r}{called} cannot be included", (found,))
+            yield Failure("term", BLOCKED, f"{found!r}{called} cannot be included", (found,), term=term)
 
 
 def _suspicious(

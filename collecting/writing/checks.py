@@ -47,6 +47,7 @@ class Finding:
         words: the words or characters at fault.
         expected: what was expected instead, as in `arramon_lang.quality.Failure`; for "not_there" the kind of thing.
         marks: where the words at fault are, as (start, end) in characters of the text as given.
+        term: as in `Failure`.
     """
 
     check: str
@@ -54,6 +55,7 @@ class Finding:
     words: tuple[str, ...] = ()
     expected: str = ""
     marks: tuple[tuple[int, int], ...] = ()
+    term: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +108,14 @@ class TextChecker:
         target = Thing(type_.kind, type_.colour, type_.pattern)
         # A stub of the line, which together with the next bends leads straight on, need not be told.
         first_turn = min(initial_turn_angle(turn.actions), abs(initial_turn(lines(self.episode)[number - 1])))
-        found: dict[tuple[str, str, str], list[Failure]] = {}
+        found: dict[tuple[str, str, str, str], list[Failure]] = {}
         for failure in check(text, self.language, phase, target=target, first_turn=first_turn, root=self.root):
-            found.setdefault((failure.check, failure.severity, failure.expected), []).append(failure)
-        for (name, severity, expected), failures in found.items():
+            key = (failure.check, failure.severity, failure.expected, failure.term)
+            found.setdefault(key, []).append(failure)
+        for (name, severity, expected, term), failures in found.items():
             words = dict.fromkeys(word for failure in failures for word in failure.words)
             at = {span for failure in failures for span in marks(text, failure, self.language, self.root)}
-            yield Finding(name, severity, tuple(words), expected, tuple(sorted(at)))
+            yield Finding(name, severity, tuple(words), expected, tuple(sorted(at)), term)
 
     def _own(self, text: str, part: int) -> Iterator[Finding]:
         if not load(self.language, self.root).has_grammar:

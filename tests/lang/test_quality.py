@@ -20,6 +20,7 @@ SPACED = "a space before punctuation"
 NFC = "not in Unicode's NFC, or contains characters without meaning"
 
 GOOD = [
+    ("hi", N, "सीधे चलें, फिर एक बार और दाएँ मुड़कर धारीदार लाल मग उठा लें।"),
     ("en", N, "Turn left and walk straight to the hydrant. Pick up the striped red mug next to the bench."),
     ("en", N, "Walk past a bench till the corner, then turn around. Collect the dotted blue ball."),
     ("en", A, "Place the mug behind the dotted green TV."),
@@ -61,7 +62,9 @@ FAILING = [
     ("en", A, "Place the item on top of the red mug.", "term", "'item' cannot be included"),
     ("hi", N, "बटन से बाएँ मुड़ें और लाल मग उठा लें।", "term", "'बटन' (key) cannot be included"),
     ("hi", N, "दस स्टेप के बाद बाएँ मुड़ें और लाल मग उठा लें।", "term", "'स्टेप' (step) cannot be included"),
-    ("hi", N, "तीसरी बार बाएँ मुड़ें और लाल मग उठा लें।", "term", "'बार' (time) cannot be included"),
+    ("hi", N, "तीसरी बार बाएँ मुड़ें और लाल मग उठा लें।", "term", "'तीसरी बार' (time) cannot be included"),
+    ("hi", N, "3 बार बाएँ मुड़ें और लाल मग उठा लें।", "term", "'3 बार' (time) cannot be included"),
+    ("hi", N, "३ बार बाएँ मुड़ें और लाल मग उठा लें।", "term", "'३ बार' (time) cannot be included"),
     ("hi", N, "मुड़कर वापस जाएँ और लाल मग उठा लें।", "term", "'वापस जाएँ' (go back) cannot be included"),
     ("hi", N, "मुड़ें और लौटकर लाल मग उठा लें।", "term", "'लौटकर' (return) cannot be included"),
     ("hi", N, "जहाँ से आए थे वहाँ मुड़ें और मग उठाएँ।", "term", "'आए थे' (came) cannot be included"),
