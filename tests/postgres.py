@@ -18,7 +18,8 @@ import psycopg
 import pytest
 
 from arramon_server.runs.storage.database import Database
-from tests.programs import free_port, program, start, stop
+from tests.ports import free_port
+from tests.programs import program, start, stop
 
 SETTINGS = {"listen_addresses": "127.0.0.1", "unix_socket_directories": "", "fsync": "off", "shared_buffers": "32MB"}
 """Without fsync: what these tests break are processes, not the machine."""

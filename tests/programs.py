@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import socket
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -65,10 +64,3 @@ def _found(name: str, folders: tuple[str, ...]) -> Path | None:
     places = [str(place) for folder in folders for place in sorted(Path("/").glob(folder.lstrip("/")), reverse=True)]
     found = shutil.which(name, path=os.pathsep.join([os.environ.get("PATH", ""), *places]))
     return Path(found).resolve() if found else None
-
-
-def free_port(host: str = "127.0.0.1") -> int:
-    """A port that nobody listens on at the moment."""
-    with socket.socket() as probe:
-        probe.bind((host, 0))
-        return int(probe.getsockname()[1])

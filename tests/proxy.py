@@ -12,7 +12,8 @@ import pytest
 
 from tests import ROOT
 from tests.certificates import Authority
-from tests.programs import free_port, program, start, stop
+from tests.ports import free_port
+from tests.programs import program, start, stop
 
 CONFIGURATION = ROOT / "deploy" / "nginx.conf"
 

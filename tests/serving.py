@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from arramon.v1 import PROTOCOL, PROTOCOL_METADATA
+from tests.ports import free_port
 
 METADATA = ((PROTOCOL_METADATA, str(PROTOCOL)),)
 
@@ -34,7 +35,7 @@ class Fork(Protocol):
 
 
 class Server:
-    """`arramon-server serve` on a data folder. Without an address it takes a free port of the loopback.
+    """`arramon-server serve` on a data folder. Without an address it takes a free port of the loopback, and keeps it.
 
     What it writes to standard error is appended to the file `log`, if there is one. With `anew`, or with variables for
     the environment, the process is started as an operator starts it, whatever `fork` says.
@@ -52,6 +53,8 @@ class Server:
         environment: Mapping[str, str] | None = None,
         anew: bool = False,
     ) -> None:
+        if listen == "127.0.0.1:0":
+            listen = f"127.0.0.1:{free_port(holder=self)}"  # or another might have it when the server is started again
         self.data, self.listen, self.more, self.log = data, listen, more, log
         self._environment, self._anew = {**os.environ, **(environment or {})}, anew or environment is not None
         self.start()

@@ -10,13 +10,12 @@ import pytest
 from arramon_client.cli import main
 from tests import tiny
 from tests.forked import ForkedClient
+from tests.ports import free_port
 
 
 def test_the_page_is_served_until_ctrl_c(tmp_path: Path) -> None:
     tiny.write(tmp_path)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     arguments = ["play", "--lang", "hi", "--data", str(tmp_path), "--port", str(port), "--no-browser"]
     process = ForkedClient([*arguments, "--landing-diagram", "--aid", "pictured-names", "--aid", "look-around"])
     line = next(line for line in process.stdout if line.startswith("play at "))

@@ -12,7 +12,7 @@ import pytest
 
 from tests import ROOT
 from tests.physics import ANY_CAMERA
-from tests.programs import free_port
+from tests.ports import free_port
 from tests.shared import shared_folder
 from tests.virtual_environments import Environment
 

@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import socket
 import subprocess
 import time
 import urllib.request
@@ -13,6 +12,7 @@ import pytest
 
 from tests import ROOT, tiny
 from tests.doors.installed import framework_python
+from tests.ports import free_port
 from tests.serving import Server
 
 pytestmark = pytest.mark.slow
@@ -47,8 +47,7 @@ def test_the_folder_is_valid_with_its_lock_file(openenv: Path, tmp_path: Path) -
 def test_its_server_is_valid(openenv: Path, tmp_path: Path) -> None:
     tiny.write(tmp_path / "data")
     arramon = Server(tmp_path / "data", "127.0.0.1:0")
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = str(free.getsockname()[1])
+    port = str(free_port())
     environment = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "LANG": "C.UTF-8", "ARRAMON_SERVER": arramon.address}
     command = [str(openenv), "-m", "server.app", "--port", port]
     with subprocess.Popen(command, cwd=ROOT / "deploy" / "openenv", env=environment, stderr=subprocess.PIPE) as served:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests import ROOT
-from tests.programs import free_port
+from tests.ports import free_port
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import random
-import socket
 from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack, suppress
 from typing import Any, Self
@@ -18,12 +17,6 @@ CONNECTION_ERRORS = (MCPError, OSError, httpx2.HTTPError, ExceptionGroup, Timeou
 """What a call raises when the server or the connection is gone; results of tools are no exceptions."""
 
 ATTEMPTS = 100
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as probe:
-        port: int = probe.getsockname()[1]
-        return port
 
 
 def rule(episode_id: str, step: int) -> int:

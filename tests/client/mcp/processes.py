@@ -14,9 +14,10 @@ from arramon.v1.chain import episode_head
 from arramon_client import Run
 from arramon_server.runs.storage.database import Database
 from arramon_server.runs.storage.journal import Journal
-from tests.client.mcp.players import Player, free_port
+from tests.client.mcp.players import Player
 from tests.faults.clients import journal_url
 from tests.forked import ForkedClient
+from tests.ports import free_port
 from tests.serving import Server
 
 STEPS = 8

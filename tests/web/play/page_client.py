@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import socket
 import ssl
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
@@ -12,6 +11,7 @@ from typing import Any
 import aiohttp
 
 from tests import tiny
+from tests.ports import free_port
 from tests.serving import Server
 
 PLAYER = "a" * 16
@@ -32,9 +32,7 @@ class PageServer(Server):
     ) -> None:
         tiny.write(data)
         tiny.write(data, "secret", 3, hidden=True)
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
+        port = free_port(holder=self)
         self.site = f"http://127.0.0.1:{port}"
         super().__init__(data, "127.0.0.1:0", "--web", f"127.0.0.1:{port}", *more, log=log, environment=environment)
 
