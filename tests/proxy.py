@@ -79,15 +79,14 @@ class Proxy:
         command = [str(self._binary), "-p", str(self._folder), "-c", str(self._folder / "nginx.conf")]
         self._process = start([*command, "-e", str(self._folder / "errors")], self._folder / "log")
         host, _, port = self.address.rpartition(":")
-        for _ in range(200):
+        while True:
             try:
-                socket.create_connection((host, int(port)), 1).close()
+                socket.create_connection((host, int(port)), 60).close()
             except OSError:
                 assert self._process.poll() is None, self.said()
                 time.sleep(0.05)
             else:
                 return
-        raise AssertionError(f"nginx did not start: {self.said()}")
 
     def stop(self) -> None:
         """Ends it at once, and every stream with it."""

@@ -53,7 +53,7 @@ async def end(address: str, run_id: str, ending: str, players: Sequence[str]) ->
         if ending == "kill":
             sys.stdout.write("open\n")
             sys.stdout.flush()
-            await asyncio.sleep(60)
+            await asyncio.sleep(600)
         if ending == "close":
             return
         for call in calls:

@@ -63,7 +63,7 @@ class Connection:
 
     def __init__(self, address: str) -> None:
         host, _, port = address.rpartition(":")
-        self._socket = socket.create_connection((host, int(port)), timeout=20)
+        self._socket = socket.create_connection((host, int(port)), timeout=240)
         self._socket.sendall(PREFACE + frame(SETTINGS, 0, 0))
         self.calls = self.frames = 0
 

@@ -4,12 +4,18 @@ import shutil
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, expect, sync_playwright
 
 from tests.programs import program
 from tests.web.leaderboard_site import LeaderboardSite
+
+PATIENCE = 120_000.0
+"""Milliseconds after which a page counts as broken, however slow and busy the machine is."""
+
+expect.set_options(timeout=PATIENCE)
 
 
 @contextmanager
@@ -44,5 +50,13 @@ def browser() -> Iterator[Browser]:
     with sync_playwright() as playwright:
         # Its own sandbox needs privileges that containers and root do not have; the pages are this project's own.
         launched = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
+        new_context = launched.new_context
+
+        def patient_context(**settings: Any) -> BrowserContext:
+            context = new_context(**settings)
+            context.set_default_timeout(PATIENCE)
+            return context
+
+        launched.new_context = patient_context  # type: ignore[method-assign]
         yield launched
         launched.close()

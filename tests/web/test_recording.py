@@ -164,4 +164,4 @@ def test_recording_page_is_self_contained(page: Page, tmp_path: Path) -> None:
     next(index.parent.glob("*/index.html")).rename(alone)
     page.goto(alone.as_uri())
     expect(page.locator("#where")).to_have_text("Step 1 of 7")
-    assert page.locator("#rgb").evaluate("image => image.naturalWidth") == 32
+    assert page.locator("#rgb").evaluate("image => image.decode().then(() => image.naturalWidth)") == 32

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from tests import ROOT
 from tests.web.conftest import browser as browser
@@ -179,10 +179,11 @@ def test_axe_finds_nothing(address: str, browser: Browser, scheme: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "word"), [("index.html", "nDTW"), ("hi/index.html", "लीडरबोर्ड")])
 def test_search_finds(address: str, browser: Browser, page: str, word: str) -> None:
-    tab = browser.new_page()
+    tab = browser.new_context().new_page()
     tab.goto(address + page)
     tab.wait_for_load_state("networkidle")
     tab.keyboard.press("Control+k")
+    expect(tab.locator("input:focus")).to_be_visible()
     tab.keyboard.type(word)
     tab.get_by_text(re.compile(r"^[1-9]\d* \S+$")).first.wait_for()
-    tab.close()
+    tab.context.close()

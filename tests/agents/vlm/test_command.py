@@ -1,6 +1,7 @@
 """The real client with the agent: results, notes, signature, limits, and a key that is in no file."""
 
 import json
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -155,15 +156,23 @@ def test_a_model_that_never_answers_usably_costs_no_episode(server: Server, tmp_
 
 def test_two_clients_with_one_trace_folder(server: Server, tmp_path: Path, fake: FakeEndpoint) -> None:
     """Of one run: the second one stops with clear words, and the first goes on."""
-    fake.behaviour = runs.expert(EPISODES, delay=0.3)
+    expert, second_has_ended = runs.expert(EPISODES), threading.Event()
+
+    def patient(request: Request, number: int) -> Response:
+        second_has_ended.wait()
+        return expert(request, number)
+
+    fake.behaviour = patient
     first = runs.client(server.address, fake, tmp_path / "out")
     run_id = clients.run_id(first)
-    for _ in range(1000):
-        if fake.requests:
-            break
-        time.sleep(0.01)
-    second = runs.client(server.address, fake, tmp_path / "out", "--resume", run_id)
-    assert "another process plays this run and writes" in finished(second, 4)
+    try:
+        while not fake.requests:
+            assert first.poll() is None
+            time.sleep(0.01)
+        second = runs.client(server.address, fake, tmp_path / "out", "--resume", run_id)
+        assert "another process plays this run and writes" in finished(second, 4)
+    finally:
+        second_has_ended.set()
     finished(first)
     assert len(fake.requests) == EPISODES * runs.CALLS + 1
 

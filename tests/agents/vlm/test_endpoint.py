@@ -2,16 +2,19 @@
 
 import asyncio
 import json
+import threading
 import time
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from arramon_agents.vlm import endpoint as endpoint_module
 from arramon_client.agent import Action, Episode
 from arramon_client.errors import AgentError, StopRun
+from benchmarks.agents import fake_endpoint
 from benchmarks.agents.fake_endpoint import Behaviour, FakeEndpoint, Request, Response, completion, error, plan
 from tests.agents.vlm import helpers
 from tests.agents.vlm.conftest import MakeAgent
@@ -203,8 +206,13 @@ def test_a_rate_limit_that_names_no_time_to_wait(
     assert len(fake.requests) == 3
 
 
-def test_at_most_so_many_calls_at_the_same_time(made: MakeAgent, fake: FakeEndpoint) -> None:
-    fake.behaviour = lambda request, number: Response(plan(request, ["left"]).body, delay=0.2)
+def test_at_most_so_many_calls_at_the_same_time(
+    made: MakeAgent, fake: FakeEndpoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each call is answered when two others are open beside it."""
+    three = threading.Barrier(3, timeout=240.0)
+    monkeypatch.setattr(fake_endpoint, "time", SimpleNamespace(sleep=lambda _: three.wait()))
+    fake.behaviour = lambda request, number: plan(request, ["left"])
 
     async def play() -> None:
         async with helpers.playing(made(concurrency=3)) as agent:

@@ -1,14 +1,16 @@
 """The client is killed at random moments: no answered call is paid twice, and the run ends as an undisturbed one."""
 
 import json
+import math
 import random
 import signal
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
-from benchmarks.agents.fake_endpoint import FakeEndpoint
+from benchmarks.agents.fake_endpoint import Behaviour, FakeEndpoint, Request, Response
 from tests import tiny
 from tests.agents.vlm import runs
 from tests.faults import clients
@@ -17,8 +19,27 @@ from tests.serving import Server
 PARALLEL = 4
 """Episodes that the client plays at a time, so calls that can be in flight."""
 
-PATIENCE = 3000
-"""Looks for the next call, a hundredth of a second apart."""
+MARGIN = 4
+"""Calls that a client may make after those that a kill waits for: or it might be at its end before it is killed."""
+
+
+class Gate:
+    """A behaviour that holds calls back once so many were made."""
+
+    def __init__(self, behaviour: Behaviour) -> None:
+        self._behaviour = behaviour
+        self._change = threading.Condition()
+        self._most: float = 0
+
+    def allow(self, most: float) -> None:
+        with self._change:
+            self._most = most
+            self._change.notify_all()
+
+    def __call__(self, request: Request, number: int) -> Response:
+        with self._change:
+            self._change.wait_for(lambda: number < self._most)
+        return self._behaviour(request, number)
 
 
 @pytest.mark.parametrize("kills", [2, pytest.param(50, marks=pytest.mark.slow)])
@@ -27,15 +48,20 @@ def test_no_answered_call_is_repeated(kills: int, tmp_path: Path) -> None:
     data, output = tmp_path / "data", tmp_path / "out"
     runs.write(data, episodes)
     server = Server(data, "127.0.0.1:0", log=tmp_path / "server.log")
-    with FakeEndpoint(runs.expert(episodes, delay=0.02)) as fake:
+    gate = Gate(runs.expert(episodes, delay=0.02))
+    with FakeEndpoint(gate) as fake:
         process = runs.client(server.address, fake, output)
         run_id = clients.run_id(process)
         for _ in range(kills):
-            wait_for_calls(fake, len(fake.requests) + chance.randint(1, 7))
+            count = len(fake.requests) + chance.randint(1, 7)
+            gate.allow(count + MARGIN)
+            while len(fake.requests) < count:
+                time.sleep(0.01)
             time.sleep(chance.uniform(0.0, 0.04))  # anywhere in a call or between two
             process.send_signal(signal.SIGKILL)
             process.communicate()
             process = runs.client(server.address, fake, output, "--resume", run_id)
+        gate.allow(math.inf)
         said, _ = process.communicate()
         assert process.returncode == 0, said
         asked = [json.dumps(request, sort_keys=True) for request in fake.requests]
@@ -49,11 +75,3 @@ def test_no_answered_call_is_repeated(kills: int, tmp_path: Path) -> None:
     assert set(results["actions"].values()) <= {"".join(map(str, tiny.ACTIONS))}
     assert [episode["cause"] for episode in results["episodes"]] == ["AGENT_FINISHED"] * episodes
     assert results["agent_report"]["measured"]["calls"] == len(answered)
-
-
-def wait_for_calls(fake: FakeEndpoint, count: int) -> None:
-    for _ in range(PATIENCE):
-        if len(fake.requests) >= count:
-            return
-        time.sleep(0.01)
-    raise AssertionError(f"{len(fake.requests)} calls; expected {count}")

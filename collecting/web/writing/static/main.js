@@ -38,7 +38,7 @@ const walk = new Walk(server, settings.size, {
 const drafts = new Drafts(server, settings.task, () => ({ position: walk.position, texts: typed, evidence: evidence.counts }), {
   saved: (answer) => {
     findings = answer.findings;
-    page.saved("saved");
+    page.saved(drafts.isDirty ? "unsaved" : "saved"); // something may have been typed meanwhile
     if (!isComposing) showFindings();
     showPart();
   },

@@ -47,7 +47,7 @@ def window(browser: Browser, site: VerifySite, person: Worker, **settings: Any) 
 
 
 def drawn(page: Page, step: int) -> None:
-    expect(page.locator("html")).to_have_attribute("data-drawn", re.compile(rf" {step}$"), timeout=60_000)
+    expect(page.locator("html")).to_have_attribute("data-drawn", re.compile(rf" {step}$"))
 
 
 def press(page: Page, actions: Any, first: int = 0) -> None:
@@ -83,7 +83,8 @@ def test_a_text_is_followed_flagged_and_handed_in(browser: Browser, site: Verify
         expect(page.locator("#done")).to_be_focused()
         expect(page.locator("fieldset:visible")).to_have_count(4)
         expect(page.locator("svg.map")).to_have_count(0)  # neither maps nor scores
-        page.locator('[name="flag-2-assembly-wrong"]').check()
+        with page.expect_response("**/flags"):
+            page.locator('[name="flag-2-assembly-wrong"]').check()
         page.get_by_role("button", name="Hand in").click()
         expect(page.locator("h1")).to_have_text("Handed in. Thank you.")
     assert site.store.verifications.get(task.task_id).flags == ("1-navigation-ungrammatical", "2-assembly-wrong")
