@@ -51,7 +51,7 @@ def check(page: Page, site: VerifySite, paths: dict[str, str]) -> None:
         page.emulate_media(color_scheme=scheme)
         for path, shown in paths.items():
             page.goto(f"{site.pages.replace('/en/', f'/{language}/')}{path}")
-            expect(page.locator(shown).first).to_be_visible(timeout=60_000)
+            expect(page.locator(shown).first).to_be_visible()
             findings[language, size["width"], scheme, path] = serious_findings(page)
     assert {where: found for where, found in findings.items() if found} == {}
 
@@ -80,7 +80,7 @@ def test_pages_of_a_worker(browser: Browser, site: VerifySite) -> None:
         check(page, site, {"/?notice=sent": "h1", "/forget": "h1", f"/write/{task.task_id}": "#preview img"})
         page.locator("#guidelines summary").click()
         page.locator("#text").fill("आगे 10 बार जाएँ")
-        expect(page.locator("#findings li").first).to_be_visible(timeout=60_000)
+        expect(page.locator("#findings li").first).to_be_visible()
         assert serious_findings(page) == []
     with window(browser, site, reader) as page:
         check(page, site, {f"/verify/{follows.task_id}": "#game", "/": "h1"})

@@ -109,7 +109,7 @@ def test_a_reload_in_the_tutorial_loses_nothing(browser: Browser, server: PageSe
         page.goto(f"{server.site}/en/play")
         page.click("#practice button")
         first, second, _ = practice_split().episodes
-        expect(page.locator("html")).to_have_attribute("data-drawn", f"{first} 0", timeout=60_000)
+        expect(page.locator("html")).to_have_attribute("data-drawn", f"{first} 0")
         press(page, (tiny.L, tiny.R))
         page.reload()
         drawn(page, 2)
@@ -122,7 +122,7 @@ def test_a_reload_in_the_tutorial_loses_nothing(browser: Browser, server: PageSe
         expect(page.locator("#status")).to_contain_text("Part 1 of 3 is over")
         expect(page.locator("#game")).to_be_hidden()
         page.click("#next button")
-        expect(page.locator("html")).to_have_attribute("data-drawn", f"{second} 0", timeout=60_000)
+        expect(page.locator("html")).to_have_attribute("data-drawn", f"{second} 0")
         page.click("#leave button")
         expect(page.locator("#status")).to_have_text("You have left the practice. Start an episode when you like.")
         page.reload()

@@ -126,7 +126,7 @@ def test_bends_that_follow_each_other_are_told_together(
         page.route(re.compile("/view[?].*move="), turn)
         page.focus("#view")
         page.keyboard.press("ArrowUp")
-        expect(page.locator("#outcome")).to_contain_text(said, timeout=60_000)
+        expect(page.locator("#outcome")).to_contain_text(said)
         expect(page.locator("#flash")).to_have_text(re.compile(f"{flash}$"))
 
 
