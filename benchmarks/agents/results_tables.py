@@ -27,8 +27,12 @@ COMPARED_AGENTS = (
     ("vl", "random_walk"),
     ("vl_grounded", "vl"),
     ("vl_map", "vl_grounded"),
+    ("vl_map", "seeing_follower"),
 )
 """Pairs of agents whose difference is shown."""
+
+ANY = "any"
+"""Language of agents that do not read: they have one row."""
 
 CONFIDENCE = 0.95
 
@@ -58,6 +62,7 @@ class AgentScores:
     """The scores of one agent with one seed on one split in one language.
 
     Attributes:
+        language: of the instructions; `ANY` for an agent that does not read them.
         turns: scores of each episode by id, those of both turns in order.
         alone: placement after navigation by the ground truth, of each episode by id, both turns' mean; empty if it was
             not played.
@@ -189,8 +194,11 @@ def difference_table(groups: Sequence[SeedGroup]) -> str:
     by_key = {(group.agent, group.language): group for group in groups}
     rows = []
     for better, worse in COMPARED_AGENTS:
+        neither_reads = (better, ANY) in by_key and (worse, ANY) in by_key
         for language in dict.fromkeys(group.language for group in groups):
-            pair = by_key.get((better, language)), by_key.get((worse, language))
+            if neither_reads != (language == ANY):
+                continue
+            pair = [by_key.get((agent, language)) or by_key.get((agent, ANY)) for agent in (better, worse)]
             if pair[0] and pair[1]:
                 shown = [_difference(pair[0], pair[1], metric) for metric in COMPARED_METRICS]
                 rows.append((f"`{better}` - `{worse}`", language, *shown))

@@ -76,7 +76,7 @@ def draw(metric: str, target: Path) -> None:
             axis.set_xlabel(metric, color=style.SOFT)
         handles, labels = axes[0].get_legend_handles_labels()
         unique = dict(zip(labels, handles, strict=True))
-        figure.legend(unique.values(), unique.keys(), loc="upper right", ncols=3, frameon=False, labelcolor=style.INK)
+        figure.legend(unique.values(), unique.keys(), loc="upper right", ncols=4, frameon=False, labelcolor=style.INK)
         figure.tight_layout(rect=(0, 0, 1, 0.96))
         style.save(figure, data, target)
         plt.close(figure)
@@ -92,6 +92,7 @@ def _panel(axis: Any, data: Sequence[Mapping[str, Any]], agents: Sequence[str]) 
         is_paper = row["agent"].startswith(PAPER)
         colour, marker, shift, label = {
             "en": (style.FIRST, "o", -0.14, "English"), "hi": (style.SECOND, "s", 0.14, "Hindi"),
+            "any": (style.THIRD, "^", 0.0, "no language"),
         }[row["language"]]  # fmt: skip
         if is_paper:
             colour, marker, shift, label = style.SOFT, "D", 0.0, "the paper, other data"

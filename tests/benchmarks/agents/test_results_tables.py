@@ -67,6 +67,18 @@ def test_differences_are_over_the_episodes_that_both_played() -> None:
     ]
 
 
+def test_agents_that_do_not_read_have_one_row_and_are_compared_in_each_language_of_the_others() -> None:
+    blind = [tables.SeedGroup(agent, tables.ANY, [run(agent, 1, 0.4)]) for agent in ("random_walk", "vision_only")]
+    reading = [tables.SeedGroup("vl", language, [run("vl", 1, 0.4, language)]) for language in ("en", "hi")]
+    assert [row[:2] for row in cells(tables.difference_table([*blind, *reading]))] == [
+        ["`vl` - `vision_only`", "en"],
+        ["`vl` - `vision_only`", "hi"],
+        ["`vision_only` - `random_walk`", "any"],
+        ["`vl` - `random_walk`", "en"],
+        ["`vl` - `random_walk`", "hi"],
+    ]
+
+
 def test_only_differences_whose_interval_does_not_hold_0_are_bold() -> None:
     scores = {"a": (0.9, 0.9), "b": (0.1, 0.1)}
     below = {"a": (0.1, 0.1), "b": (0.8, 0.8)}
