@@ -74,6 +74,8 @@ class WriterPictures:
         if position.is_indoors:
             with self._lock:
                 camera = self._room.camera
+            if position.is_placed:
+                return camera.render(seen.viewpoint, seen.actors, size).rgb
             return _outlined(camera, seen, episode, position, size)
         return self._street(split, episode, position.turn).render(seen.viewpoint, seen.actors, size).rgb
 

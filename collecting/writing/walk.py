@@ -60,7 +60,7 @@ class Position:
 
     Attributes:
         part: index in PARTS.
-        place: index of the place on the line; 0 in the room.
+        place: index of the place on the line; in the room 0, and 1 after the last object was placed.
         turned: heading in turns of 30 degrees clockwise, 0 to 11: in the street from the episode's start heading, in
             the room from +row.
         cell: the cell in the room; the start tile in the street.
@@ -77,6 +77,11 @@ class Position:
     def is_indoors(self) -> bool:
         """Whether the writer is in the room."""
         return PARTS[self.part][1] == Phase.ASSEMBLY.value
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether the last object was placed, and the writer sees it at its place."""
+        return self.is_indoors and self.place == 1
 
     @property
     def turn(self) -> int:
@@ -139,7 +144,8 @@ def moved(position: Position, move: Move, episode: Episode) -> tuple[Position, O
     if move in _TURNS:
         return replace(position, turned=(position.turned + _TURNS[move]) % HEADINGS), Outcome.TURNED
     walk = _in_room if position.is_indoors else _on_line
-    return walk(position, move, lines(episode))
+    after, outcome = walk(position, move, lines(episode))
+    return (_with_object(after, episode) if outcome is Outcome.FINISHED else after), outcome
 
 
 def read_position(text: str, episode: Episode) -> Position:
@@ -156,7 +162,8 @@ def read_position(text: str, episode: Episode) -> Position:
     position = Position(part, place, turned, RoomCell(column, row), reached)
     if part >= DONE or not part <= reached <= DONE or turned >= HEADINGS or not position.cell.is_inside():
         raise BadInput(f"there is no position {quoted(text)}")
-    last = 0 if position.is_indoors else len(episode.turns[position.turn - 1].path) - 1
+    is_done = position.part == DONE - 1 and reached == DONE
+    last = int(is_done) if position.is_indoors else len(episode.turns[position.turn - 1].path) - 1
     if place > last:
         raise BadInput(f"position {quoted(text)} is beyond the end of the line, place {last}")
     return position
@@ -177,20 +184,21 @@ def preview(position: Position, episode: Episode) -> Position:
 def state_at(position: Position, episode: Episode) -> State:
     """Return the episode's state in which an agent would see what the writer sees, but for the guide."""
     line = lines(episode)[position.turn - 1]
-    x, z = line.places[position.place]
+    x, z = line.places[0 if position.is_indoors else position.place]
     pose = Pose(x, z, wrap(episode.start.heading + TURN * position.turned))
     room = room_before(episode, position.turn)
     if not position.is_indoors:
         return State(pose=pose, room=room, turn=position.turn)
-    carried = episode.turns[position.turn - 1].target.type
+    turn = episode.turns[position.turn - 1]
+    placed = (PlacedObject(turn.target.type, turn.target_cell),) if position.is_placed else ()
     return State(
         pose=pose,
-        room=room,
+        room=(*room, *placed),
         turn=position.turn,
         phase=Phase.ASSEMBLY,
         square=position.cell,
         room_heading=wrap(TURN * position.turned),
-        carried=carried,
+        carried=None if placed else turn.target.type,
     )
 
 
@@ -203,9 +211,11 @@ def room_before(episode: Episode, turn: int) -> tuple[PlacedObject, ...]:
 def target_bearing(position: Position, episode: Episode) -> float | None:
     """Return the direction of the target or its cell from the writer's view, in degrees in [0, 360), clockwise.
 
-    None on the target's cell.
+    None on the target's cell, and when all objects are placed.
     """
     turn = episode.turns[position.turn - 1]
+    if position.is_placed:
+        return None
     if position.is_indoors:
         goal = (turn.target_cell.column, turn.target_cell.row)
         if goal == position.cell:
@@ -252,6 +262,14 @@ def _in_room(position: Position, move: Move, lines: Sequence[Line]) -> tuple[Pos
     if position.part == DONE - 1:
         return replace(position, reached=DONE), Outcome.FINISHED
     return _enter(position.part + 1, lines, max(position.reached, position.part + 1)), Outcome.PLACED
+
+
+def _with_object(position: Position, episode: Episode) -> Position:
+    """Return the position in which the writer sees the last object at its place, from the start tile if it is on it."""
+    goal = episode.turns[position.turn - 1].target_cell
+    at = RoomCell(goal.column, goal.row)
+    cell = START if position.cell == at else position.cell
+    return replace(position, place=1, cell=cell, turned=round(bearing(cell, at) / TURN) % HEADINGS)
 
 
 def _enter(part: int, lines: Sequence[Line], reached: int) -> Position:

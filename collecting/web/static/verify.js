@@ -14,6 +14,7 @@ const flags = settings.isTest ? null : new (await import("./flags.js")).Flags(se
 let practiceRun = "";  // of the placement test, once it is opened
 let run = null;        // as the server opened it
 let lastEpisode = "";
+let isSkipped = false; // whether the person has skipped the part of the practice that ended last
 
 const game = new Game((message) => connection.send(message), {
   state: (state, context) => { flags?.show(state); view.state(state, context); },
@@ -24,7 +25,7 @@ const game = new Game((message) => connection.send(message), {
   ended: (ended, dropped) => {
     lastEpisode = ended.episode;
     run.ended = ended.ended;
-    view.progress(run.ended, run.episodes);
+    showProgress();
     if (dropped) view.status(view.droppedWords(dropped));
     view.clearStrip();
     if (settings.isTest && run.ended < run.episodes) connection.send({ type: "scores", episode: ended.episode });
@@ -52,13 +53,16 @@ function take(message) {
       if (settings.isTest) practiceRun = message.run;
       run = message;
       view.opened(message);
+      showProgress();
       view.status("");
       showGame(true);
       break;
     case "started": view.clearStrip(); break;
     case "scores":
       if (message.episode === lastEpisode && run.ended === run.episodes) endTest(message);
+      else if (isSkipped) showSkipped();
       else view.lessonEnded(message.placed.every(Boolean), run.ended, run.episodes);
+      isSkipped = false;
       break;
     case "run_ended":
       game.reset();
@@ -70,11 +74,26 @@ function take(message) {
   }
 }
 
+// Whether the part that is played is the last one: of the practice it is the test.
+function isLast() { return run.ended + 1 >= run.episodes; }
+
+function showProgress() {
+  view.progress(run.ended, run.episodes);
+  if (!settings.isTest || !isLast()) return;
+  element("progress").textContent = texts.test_progress;
+  document.querySelector("#give-up + .soft").textContent = texts.test_note;
+}
+
+function showSkipped() {
+  const said = view.say("lesson_skipped", { number: run.ended, all: run.episodes });
+  view.status(isLast() ? `${said} ${texts.test_begins}` : said);
+}
+
 function endTest(message) {
   connection.stop();
   view.scores(message.html);
   const passed = message.placed.every(Boolean);
-  view.status(passed ? texts.test_passed : texts.test_failed);
+  view.status(passed ? texts.test_passed : texts.test_failed, passed);
   element(passed ? "go-on" : "repeat").hidden = false;
 }
 
@@ -105,7 +124,12 @@ function connect() {
 listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
 element("give-up").addEventListener("click", () => {
-  if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
+  const question = !settings.isTest ? texts.give_up_really : isLast() ? texts.skip_test_really : "";
+  if (game.state && (!question || confirm(question))) {
+    isSkipped = true;
+    connection.send({ type: "give_up", episode: game.state.episode });
+  }
+  element("frame").focus({ preventScroll: true }); // so that the space bar does not press the button again
 });
 const begin = element("begin")?.querySelector("button");
 begin?.addEventListener("click", () => { element("begin").hidden = true; connect(); });

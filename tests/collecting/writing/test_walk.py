@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from arramon_client.world import Action
+from arramon_client.world import Action, bearing
 from arramon_collecting.writing.walk import (
     DONE,
     Move,
@@ -26,7 +26,7 @@ from arramon_collecting.writing.walk import (
 )
 from arramon_server.errors import BadInput
 from arramon_server.sim.room import RoomCell
-from arramon_server.sim.rules import Phase
+from arramon_server.sim.rules import Phase, PlacedObject
 from arramon_server.sim.rules import moved as walked
 from arramon_server.web.play.practice_split import practice_split
 from tests import tiny
@@ -106,6 +106,12 @@ def test_turn_2_begins_where_turn_1_ends_and_the_last_placing_finishes() -> None
     position, outcomes = walk((F, F, F, ACT, ACT), position)
     assert outcomes == [Did.FACED_LINE, Did.MOVED, Did.MOVED, Did.PICKED_UP, Did.FINISHED]
     assert (position.part, position.reached) == (3, DONE)
+    seen, goal = state_at(position, EPISODE), EPISODE.turns[1].target_cell
+    assert (position.is_placed, target_bearing(position, EPISODE), seen.carried) == (True, None, None)
+    assert seen.room == (*room_before(EPISODE, 2), PlacedObject(tiny.TARGETS[1], goal))
+    assert abs(bearing(seen.square, (goal.column, goal.row)) - seen.room_heading) <= 15.0
+    assert read_position(str(position), EPISODE) == position
+    assert not enter(position, 3, EPISODE).is_placed, "the place is shown again to whoever goes on writing"
     again = enter(position, 0, EPISODE)
     assert (str(again), walk((F, F, ACT), again)[0].reached) == ("0.0.0.2.0.4", DONE)
 

@@ -25,6 +25,7 @@ const walk = new Walk(server, settings.size, {
   moved: (facts) => {
     if (isLost) page.status("");
     isLost = false;
+    if (facts.move) element("passed")?.remove(); // the news of the test before is no news any more
     page.moved(facts, walk.part);
     document.documentElement.dataset.at = walk.position;
     if (facts.before !== walk.position) drafts.change();

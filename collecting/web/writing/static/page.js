@@ -77,7 +77,7 @@ export class PageView {
     element("heading").textContent = this.say(isRoom ? "room_part" : "street_part", { turn: Math.floor(part / 2) + 1 });
     element("ask").textContent = this.texts[isRoom ? "ask_room" : "ask_street"];
     element("target").textContent = this.targets[part];
-    element("act").textContent = this.texts[isRoom ? "place" : "pick_up"];
+    element("act").textContent = this.texts[!isRoom ? "pick_up" : part === states.length - 1 ? "place_last" : "place"];
     element("text").setAttribute("aria-label", element("heading").textContent);
     document.querySelectorAll("#parts button").forEach((button, i) => {
       button.disabled = i > reached;

@@ -28,8 +28,9 @@ export class View {
   }
 
   // A message for the person above the game; empty for none.
-  status(text) {
+  status(text, isGood = false) {
     element("status").textContent = text;
+    element("status").classList.toggle("good", isGood);
     element("status").hidden = !text;
   }
 
@@ -58,7 +59,7 @@ export class View {
   // What came of a part of the practice, and that the test is next.
   lessonEnded(isRight, number, all) {
     const said = this.say(isRight ? "lesson_done" : "lesson_missed", { number, all });
-    this.status(number + 1 === all ? `${said} ${this.texts.test_begins}` : said);
+    this.status(number + 1 === all ? `${said} ${this.texts.test_begins}` : said, isRight);
   }
 
   state(state, { isNew, before, action, dropped }) {

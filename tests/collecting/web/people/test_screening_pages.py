@@ -33,7 +33,7 @@ def test_right_answers_pass_once_and_for_all(site: WriteSite, language: str) -> 
     assert passed.status == 303
     task = passed.headers["Location"]
     assert re.fullmatch(re.escape(home) + "write/[0-9a-f]{32}[?]passed", task)
-    assert texts_of(language)("collect_screening.passed") in writer.request("GET", task).text
+    assert texts_of(language)("collect_screening.passed_write") in writer.request("GET", task).text
     assert site.store.workers.get(writer.worker.worker_id).screening["write"]["passed_at"]
     assert writer.request("GET", f"{home}screening/write").status == 303
 

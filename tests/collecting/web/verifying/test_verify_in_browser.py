@@ -106,8 +106,32 @@ def test_the_placement_test_is_repeated_and_passed(browser: Browser, site: Verif
         press(page, actions[:-1])
         page.keyboard.press(KEYS[tiny.P])
         expect(page.locator("#status")).to_contain_text("Placement test passed")
+        expect(page.locator("#status")).to_have_class("notice good")
         expect(page.get_by_role("button", name="Go on")).to_be_visible()
     assert site.store.workers.get(worker.worker_id).placement_passed_at is not None
+
+
+def test_only_the_part_that_counts_asks_before_it_is_skipped(browser: Browser, site: VerifySite) -> None:
+    with window(browser, site, site.worker(ready=False)) as page:
+        asked: list[str] = []
+        page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
+        page.goto(f"{site.pages}/placement?passed")
+        expect(page.get_by_text("All your answers are right.")).to_be_visible()
+        page.get_by_role("button", name="Begin").click()
+        drawn(page, 0)
+        expect(page.get_by_text("All your answers are right.")).to_be_hidden()
+        for number, said in ((1, "Part 1 of 3 was skipped."), (2, "Part 2 of 3 was skipped. Now the last part")):
+            page.get_by_role("button", name="Skip this part").click()
+            expect(page.locator("#status")).to_contain_text(said)
+            shown = f"practice, part {number + 1} of 3" if number < 2 else "placement test"
+            expect(page.locator("#progress")).to_have_text(shown)
+            drawn(page, 0)
+        expect(page.locator("#frame")).to_be_focused()
+        page.get_by_role("button", name="Skip this part").click()
+        expect(page.locator("#frame")).to_be_focused()
+        page.keyboard.press("ArrowLeft")  # The test goes on.
+        drawn(page, 1)
+        assert [message.partition("?")[0] for message in asked] == ["Skip the placement test"]
 
 
 def test_the_placement_test_waits_for_its_script(browser: Browser, site: VerifySite) -> None:

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, Route, expect
 
 from arramon_collecting.web.access import cookie_name
-from tests.collecting.web.writing.write_site import DONE_AT, OTHER_EDITOR, TEXTS, Writer, WriteSite
+from tests.collecting.web.writing.write_site import OTHER_EDITOR, TEXTS, Writer, WriteSite
 from tests.web.test_browser import CONTRASTS, PHONE
 
 STREET_1, STREET_2 = ["ArrowUp", "ArrowUp"], ["ArrowUp", "ArrowUp", "ArrowUp"]
@@ -62,7 +62,10 @@ def test_a_whole_task_by_keyboard_alone(browser: Browser, site: WriteSite) -> No
             page.keyboard.press("Escape")
             expect(page.locator("#view")).to_be_focused()
             press(page, *walk, "Space")
-        assert page.get_attribute("html", "data-at") == DONE_AT
+        assert page.get_attribute("html", "data-at") == "3.1.0.2.0.4"
+        expect(page.locator("#outcome")).to_contain_text("That was the last one.")
+        expect(page.locator("#where")).to_be_hidden()
+        expect(page.locator("#act")).to_have_text("Place it")
         saved(page)
         for _ in range(30):
             page.keyboard.press("Tab")
