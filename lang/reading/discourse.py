@@ -160,6 +160,9 @@ class Discourse:
             self.focus = focus_after(things, self.focus)
             self.mentioned_things += things
             return [Rotate(direction), *(Walk("along", (thing,)) for thing in things)]
+        if key == "face" and rest in (["to"], ["towards"]) and len(things) == 1:
+            self.focus, self.mentioned_things = things[0], [*self.mentioned_things, *things]
+            return [Face(things[0]), Walk(rest[0], things)]
         if item.label == "landmark":
             things = tuple(thing for thing in things if thing.kind != "street")
         things = tuple(

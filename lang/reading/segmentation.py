@@ -251,6 +251,8 @@ class TextSegmenter:
 
     def _read_relations(self, at: int, depth: int, *, is_joined: bool) -> list[tuple[int, tuple[RelationPhrase, ...]]]:
         def read(slot: str, place: int) -> list[tuple[int, object]]:
+            if slot == "where":  # Of the landmark: "behind placed".
+                return self._slot(slot, place, depth - 1, top=False) if depth > 0 else []
             return self._slot(slot, place, depth, top=False)
 
         found: list[tuple[int, tuple[RelationPhrase, ...]]] = []
@@ -267,6 +269,9 @@ class TextSegmenter:
             relation, _, kind = match.label.key.partition(" ")
             exactly = not self.parser.exact_slots.isdisjoint(bound)
             things = bound_things(bound, kind, is_between=relation == "between")
+            placed = bound.get("where")
+            if isinstance(placed, tuple):
+                things = tuple(replace(thing, where=(*thing.where, *placed)) for thing in things)
             each = [(thing,) for thing in things] if relation != "between" else [things]
             found.append((match.end, tuple(RelationPhrase(relation, about, exactly) for about in each)))
         return list(dict.fromkeys(found))

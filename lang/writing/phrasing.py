@@ -334,8 +334,34 @@ class Phraser:
         patterns = self.grammar.where.get(wheres[0].relation, ()) if plain and wheres[0].relation != "between" else ()
         return (_Pair(wheres[0].relation, things),) if self.fitting(patterns, ("thing", "other")) else wheres
 
+    def _placed(self, where: Where) -> str:
+        """Return a relation to a landmark that has one itself, in a clause of its own; "" if the language has no words.
+
+        "Which mug is behind the hourglass, in front of it": a participle or "that is" before the noun would be harder.
+        """
+        landmark = where.things[0]
+        if len(where.things) != 1 or len(landmark.where) != 1 or landmark.where[0].relation == "against":
+            return ""
+        patterns = self.grammar.where.get(f"{where.relation} placed", ())
+        exactly: dict[str, Value] = {"exactly": "yes"} if where.exactly else {}
+        tables = self.table_fillers(exactly)
+        patterns = self.fitting(patterns, ("thing", "where", *exactly), tables)
+        if not patterns or self._must_be_short(landmark):
+            return ""
+        noun = self.noun(landmark)
+        fillers = tables | {
+            "where": lambda _: self.wheres(landmark.where, top=True),
+            "thing": self.thing(replace(landmark, where=()), noun, (), top=False),
+        }
+        pattern = self.pick(patterns, f"{where.relation} of a placed {landmark.kind!r}")
+        text = self.render(pattern, fillers, {**self.features, **dict(noun.given)})
+        self.mentioned_things += where.things
+        return text
+
     def _where(self, where: Where, *, top: bool) -> str:
         listed = self.grammar.where
+        if top and (placed := self._placed(where)):
+            return placed
         content: dict[str, Value] = dict(zip(("thing", "other"), where.things, strict=False))
         if not isinstance(where, _Pair):
             content = dict(thing_slots(where.things))

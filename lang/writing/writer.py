@@ -19,6 +19,9 @@ from arramon_lang.writing.voice import Voice, draw_voice
 ATTEMPTS = 48
 """Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
 
+FURTHER_ATTEMPTS = 96
+"""Maximum number of further drafts if none has passed, until one does."""
+
 DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 """Distribution of the number of acceptable drafts, of which the shortest is returned: most people are brief."""
 
@@ -55,8 +58,11 @@ _TURN_JOINED_PROBABILITY = 0.6
 _OPENING_PROBABILITIES = {"first": 0.01, "later": 0.07, "last": 0.08}
 """Probability of opening words ("Then"), by the sentence's place in the text."""
 
-NOT_REACHED = ("face", "walk towards", "walk past towards")
+NOT_REACHED = ("face", "face towards", "walk towards", "walk past towards")
 """Clauses that do not end at their thing, so that "there" cannot refer to it."""
+
+ONLY_FACED = ("face", "turn face")
+"""Clauses that end where they begin, with their thing in front."""
 
 _LABELS = "abc"
 
@@ -84,14 +90,16 @@ class Writer:
         return self._chosen(self.drafts(meaning, random, voice, wanted), phase, random, voice)
 
     def drafts(self, meaning: Meaning, random: Random, voice: Voice, wanted: int) -> list[str]:
-        """Return up to `wanted` texts that pass the checks; if none passes in ATTEMPTS, the one with the fewest faults.
+        """Return up to `wanted` texts that pass the checks; if none passes, the one with the fewest faults.
 
         Raises:
             ValueError: as `write` does.
         """
         drafts: list[str] = []
         text, fewest = "", math.inf
-        for _ in range(ATTEMPTS):
+        for attempt in range(ATTEMPTS + FURTHER_ATTEMPTS):
+            if attempt >= ATTEMPTS and drafts:
+                break
             draft = _Draft(self._grammar, random, voice)
             try:
                 written = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
@@ -133,9 +141,11 @@ class _Draft(Phraser):
 
     Attributes:
         is_at_thing: whether the last clause ends at its thing, so that "there" may refer to it.
+        last_key: key of the last clause.
     """
 
     is_at_thing = False
+    last_key = ""
 
     def navigation(self, meaning: Navigation) -> str:
         clauses = self._paired(clause_of(step) for step in meaning.steps)
@@ -190,12 +200,16 @@ class _Draft(Phraser):
     def _pairs(self, one: Clause, other: Clause) -> Clause | None:
         """Return one clause for two, if there are words for both and chance does not keep them apart.
 
-        These are a turn to face something, a walk past two things, and a walk past one thing to or towards another.
+        These are a turn to face something, facing something and walking there, a walk past two things, and a walk past
+        one thing to or towards another.
         """
         things = one.slots.get("thing"), other.slots.get("thing")
         share, pair = PAIRED_PROBABILITY, None
         if (one.key, other.key) == ("turn", "face") and isinstance(things[1], Thing):
             pair = Clause("turn face", {**one.slots, **other.slots})
+        elif one.key == "face" and other.key in ("walk to", "walk towards") and other.slots.keys() == {"thing"}:
+            if isinstance(things[0], Thing) and things[0].is_same(things[1] if isinstance(things[1], Thing) else None):
+                pair = Clause(f"face {other.key.removeprefix('walk ')}", one.slots)
         elif one.key == "walk past" and one.slots.keys() == other.slots.keys() == {"thing"} and things[0] != things[1]:
             plain = [thing for thing in things if isinstance(thing, Thing) and thing.kind not in PLACES]
             both = {"thing": one.slots["thing"], "other": other.slots["thing"]}
@@ -274,8 +288,9 @@ class _Draft(Phraser):
         thing = clause.slots.get("thing")
         short: list[Pattern] = []
         if isinstance(thing, Thing) and thing.is_same(self.focus):
-            is_faced = clause.key == "turn at" and not self.is_at_thing
-            key = f"{clause.key} faced" if is_faced else f"{clause.key} same"
+            is_faced = not self.is_at_thing if clause.key == "turn at" else self.last_key in ONLY_FACED
+            key = f"{clause.key} faced"
+            key = key if is_faced and key in listed else f"{clause.key} same"
             short = self.fitting(listed.get(key, ()), content - {"thing"}, tables)
             short = [pattern for pattern in short if not (subordinate and pattern.main_only)]
         if short:  # People never name a thing again in the next clause.
@@ -302,7 +317,7 @@ class _Draft(Phraser):
         text = self.render(pattern, fillers, {**self.features, **given, **marked})
         if not clause.straight and self.grammar.straight and re.search(self.grammar.straight, text):
             raise _Misleading(text)
-        self.is_at_thing = clause.key not in NOT_REACHED
+        self.is_at_thing, self.last_key = clause.key not in NOT_REACHED, clause.key
         things = [value for value in clause.slots.values() if isinstance(value, Thing)]
         if clause.key.startswith("walk past t"):  # To or towards the other thing.
             self.focus = things[-1]
