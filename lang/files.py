@@ -155,7 +155,9 @@ def _check_phrases(path: Path, data: Mapping[str, Any]) -> None:
     steps = {f"{clause}{end}" for clause in CLAUSES for end in ("", " same", " group", *(f" {kind}" for kind in KINDS))}
     steps |= {"turn at faced", "turn before faced", "turn after faced"}
     steps |= {"walk past to", "walk past towards", "face to", "face towards"}
-    wheres = {f"{relation}{end}" for relation in RELATIONS for end in ("", " same", " group", " you", " nested", " placed")}
+    wheres = {
+        f"{relation}{end}" for relation in RELATIONS for end in ("", " same", " group", " you", " nested", " placed")
+    }
     _check(path, "steps", data.get("steps", {}), steps)
     _check(path, "where", data.get("where", {}), wheres)
     read = {*steps, *ONLY_READ_CLAUSES, *wheres, *(f"{relation} {kind}" for relation in RELATIONS for kind in KINDS)}

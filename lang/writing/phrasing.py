@@ -343,6 +343,8 @@ class Phraser:
         if len(where.things) != 1 or len(landmark.where) != 1 or landmark.where[0].relation == "against":
             return ""
         patterns = self.grammar.where.get(f"{where.relation} placed", ())
+        if not patterns:
+            return ""
         exactly: dict[str, Value] = {"exactly": "yes"} if where.exactly else {}
         tables = self.table_fillers(exactly)
         patterns = self.fitting(patterns, ("thing", "where", *exactly), tables)

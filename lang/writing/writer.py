@@ -20,7 +20,7 @@ ATTEMPTS = 48
 """Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
 
 FURTHER_ATTEMPTS = 96
-"""Maximum number of further drafts if none has passed, until one does."""
+"""Maximum number of further drafts until one passes, in a language without preferences, whose checks are stricter."""
 
 DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
 """Distribution of the number of acceptable drafts, of which the shortest is returned: most people are brief."""
@@ -97,7 +97,8 @@ class Writer:
         """
         drafts: list[str] = []
         text, fewest = "", math.inf
-        for attempt in range(ATTEMPTS + FURTHER_ATTEMPTS):
+        further = FURTHER_ATTEMPTS if self._preferences is None else 0
+        for attempt in range(ATTEMPTS + further):
             if attempt >= ATTEMPTS and drafts:
                 break
             draft = _Draft(self._grammar, random, voice)

@@ -1,0 +1,70 @@
+"""Kinds of Hindi at which a native reader stumbled, and that are no longer written."""
+
+import re
+import unicodedata
+from random import Random
+
+import pytest
+
+from arramon_lang import load
+from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
+
+HINDI = load("hi")
+MUG = Thing("mug", "red", "striped", identity="9")
+KIOSK, CONE = Thing("kiosk", "blue", identity="1"), Thing("cone", "red", identity="2")
+BENCH, TYRES = Thing("bench", identity="3"), Thing("tyre_stack", identity="4")
+END, CORNER = Thing("street_end", identity="5"), Thing("corner", identity="6")
+
+
+def written(meaning: Meaning, count: int = 40) -> list[str]:
+    return [HINDI.write(meaning, Random(seed)) for seed in range(count)]
+
+
+def found(texts: list[str], pattern: str) -> list[str]:
+    return [text for text in texts if re.search(unicodedata.normalize("NFC", pattern), text)]
+
+
+@pytest.mark.parametrize(
+    ("steps", "never"),
+    [
+        ((Face(KIOSK), Walk("to", (KIOSK,))), "मुँह कर|मुड़(ें|ो|िए) और"),
+        ((Face(KIOSK), Walk("towards", (KIOSK,))), "मुँह कर|मुड़(ें|ो|िए) और"),
+        ((Rotate("left"), Face(KIOSK)), "(बाएँ|बाईं ओर|बाईं तरफ़|लेफ़्ट) (नीले|नीली)"),
+        ((Walk("to", (CONE,)), Rotate("left", "at", END)), "छोर|सिरे"),
+        ((Rotate("around"), Rotate("left", "at", CORNER)), "(मुड़|घूम)कर [^।,]*(मोड़|नुक्कड़) पर (बाएँ|बाईं|लेफ़्ट)"),
+        ((Walk("past", (BENCH,)), Walk("past", (TYRES,))), "बेंच और टायरों"),
+        ((Rotate("left"), Walk("past", (CONE,))), "कर [^।,]*(दिखेग|मिलेग|नज़र आएग)|(ें|ो|िए) और [^।,]*(दिखेग|मिलेग)"),
+        ((Walk("past", (CONE,)),), "(^|।|,|और|कर) (धारीदार )?लाल (मग|कप)( को)? (उठा|ले)"),
+    ],
+)
+def test_steps(steps: tuple[Step, ...], never: str) -> None:
+    meaning = Navigation(steps, MUG)
+    texts = written(meaning)
+    assert found(texts, never) == []
+    assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
+
+
+@pytest.mark.parametrize("position", ["before", "after"])
+def test_one_walks_between_facing_a_thing_and_a_turn(position: str) -> None:
+    meaning = Navigation((Face(KIOSK), Rotate("right", position, KIOSK)), MUG)
+    texts = written(meaning)
+    assert len(found(texts, "उस(की|ी) (ओर|तरफ़) |आगे निकल")) == len(texts)
+    assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
+
+
+@pytest.mark.parametrize("relation", ["on_top_of", "left_of", "in_front_of", "behind", "near"])
+def test_a_landmark_with_a_place_of_its_own_is_told_in_a_clause_of_its_own(relation: str) -> None:
+    hourglass = Thing("hourglass", "blue", "dotted", identity="1")
+    tv = Thing("tv", "green", "striped", where=(Where("in_front_of", (hourglass,)),), identity="2")
+    meaning = Assembly((), MUG, (Where(relation, (tv,)),))
+    texts = written(meaning)
+    assert len(found(texts, "सामने जो [^।]* है, (उस|उसके|उसकी) ")) == len(texts)
+    assert {HINDI.read(text, "assembly") for text in texts} == {meaning}
+
+
+def test_the_object_stands_before_two_places() -> None:
+    wall, book = Thing("wall", look="wood"), Thing("book", "white", "dotted", identity="1")
+    meaning = Assembly((), MUG, (Where("against", (wall,)), Where("diagonal_to", (book,))))
+    texts = written(meaning)
+    assert found(texts, "(तिरछी|तिरछे वाल|लेकर )|(मग|कप) रख") == []
+    assert {HINDI.read(text, "assembly") for text in texts} == {meaning}
