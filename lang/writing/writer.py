@@ -210,7 +210,7 @@ class _Draft(Phraser):
             pair = Clause("turn face", {**one.slots, **other.slots})
         elif one.key == "face" and other.key in ("walk to", "walk towards") and other.slots.keys() == {"thing"}:
             if isinstance(things[0], Thing) and things[0].is_same(things[1] if isinstance(things[1], Thing) else None):
-                pair = Clause(f"face {other.key.removeprefix('walk ')}", one.slots)
+                pair, share = Clause(f"face {other.key.removeprefix('walk ')}", one.slots), 1.0
         elif one.key == "walk past" and one.slots.keys() == other.slots.keys() == {"thing"} and things[0] != things[1]:
             plain = [thing for thing in things if isinstance(thing, Thing) and thing.kind not in PLACES]
             both = {"thing": one.slots["thing"], "other": other.slots["thing"]}

@@ -11,11 +11,11 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "52a05ed185894d03680810ffa25a32dc70d6841a4343db6af0b483000167836b",
-    "digest": "17e9e28d458aa7a9882de13d0870b96c210651a68005274eefd7e8e4ef7ef08c",
-    "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
-    "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
-    "blocked": 253,
+    "data": "1e736be0e00c346ba1b258958d4be2c22b9f8addb4139c788e298fe12d6c03ac",
+    "digest": "60d2418f17df145476c2e026f0eee0b843f27d81147ac0de82cbfc83140ffd6d",
+    "places": "83c326623a78fa852639869268aeeb686ac2a66e2afe2207b55bf868fde47a94",
+    "scores": "d0d948321895bc1821bfa1b6b1dd3a22eebc90af3f2c06a4c9fc1515a6a5ef10",
+    "blocked": 264,
 }
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
 
