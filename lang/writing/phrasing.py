@@ -347,15 +347,15 @@ class Phraser:
             return ""
         exactly: dict[str, Value] = {"exactly": "yes"} if where.exactly else {}
         tables = self.table_fillers(exactly)
-        patterns = self.fitting(patterns, ("thing", "where", *exactly), tables)
-        if not patterns or self._must_be_short(landmark):
+        fitting = self.fitting(patterns, ("thing", "where", *exactly), tables)
+        if not fitting or self._must_be_short(landmark):
             return ""
         noun = self.noun(landmark)
         fillers = tables | {
             "where": lambda _: self.wheres(landmark.where, top=True),
             "thing": self.thing(replace(landmark, where=()), noun, (), top=False),
         }
-        pattern = self.pick(patterns, f"{where.relation} of a placed {landmark.kind!r}")
+        pattern = self.pick(fitting, f"{where.relation} of a placed {landmark.kind!r}")
         text = self.render(pattern, fillers, {**self.features, **dict(noun.given)})
         self.mentioned_things += where.things
         return text
