@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from sqlalchemy import Engine
 
 from arramon_server.runs.storage.database import Database
@@ -20,6 +21,10 @@ from tests.shared import shared_folder
 from tests.signals import let_programs_be_stopped
 
 pytest_plugins = ["tests.postgres", "tests.proxy"]
+
+settings.register_profile("fixed", derandomize=True)  # the gate judges a change, not a drawing
+settings.register_profile("drawn", max_examples=1000)  # for a hunt: pytest --hypothesis-profile=drawn
+settings.load_profile("fixed")
 
 gc.disable()  # until everything is imported and collected: half of that time went into looking for garbage
 

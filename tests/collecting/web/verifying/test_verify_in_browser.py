@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import Browser, Dialog, Page, Route, expect
 
 from arramon_collecting.storage.people.records import Worker
 from arramon_collecting.web.access import cookie_name
@@ -114,7 +114,12 @@ def test_the_placement_test_is_repeated_and_passed(browser: Browser, site: Verif
 def test_only_the_part_that_counts_asks_before_it_is_skipped(browser: Browser, site: VerifySite) -> None:
     with window(browser, site, site.worker(ready=False)) as page:
         asked: list[str] = []
-        page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
+
+        def dismiss(dialog: Dialog) -> None:
+            asked.append(dialog.message)
+            dialog.dismiss()
+
+        page.on("dialog", dismiss)
         page.goto(f"{site.pages}/placement?passed")
         expect(page.get_by_text("All your answers are right.")).to_be_visible()
         page.get_by_role("button", name="Begin").click()
