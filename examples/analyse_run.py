@@ -45,7 +45,7 @@ def report(results: dict[str, Any], worst: int = 5) -> list[str]:
 
 def mean(episode: dict[str, Any]) -> float:
     """Return an episode's nDTW, the mean over its turns."""
-    return sum(turn["nDTW"] for turn in episode["turns"].values()) / len(episode["turns"])
+    return float(sum(turn["nDTW"] for turn in episode["turns"].values()) / len(episode["turns"]))
 
 
 if __name__ == "__main__":

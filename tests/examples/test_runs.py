@@ -13,9 +13,8 @@ pytest.importorskip("matplotlib", reason="the extra `docs` is not installed: scr
 
 from benchmarks.agents.fake_endpoint import ACTIONS, FakeEndpoint, Request, Response, completion, system_of
 from examples import analyse_run
-from tests import ROOT
+from tests import ROOT, tiny
 from tests.agents.vlm import runs
-from tests.tiny import ACTIONS as TRUTH
 
 
 def run(*arguments: object) -> str:
@@ -35,12 +34,15 @@ class Expert:
     def __call__(self, request: Request, number: int) -> Response:
         instruction = system_of(request).rpartition("\n")[2]
         turn = int(instruction.rpartition("-")[2])
-        room = not instruction.startswith(runs.tiny.episode("0").instructions["en"][turn].navigation)
+        room = not instruction.startswith(tiny.episode("0").instructions["en"][turn].navigation)
         begin, end = runs.PHASES[2 * turn + room]
         step = self._asked[instruction]
         self._asked[instruction] += 1
         # The first word is not one of the four: the agent turns right, and back.
-        words = [*(["I would turn.", "left"] if begin == 0 else []), *(ACTIONS[each] for each in TRUTH[begin:end])]
+        words = [
+            *(["I would turn.", "left"] if begin == 0 else []),
+            *(ACTIONS[each] for each in tiny.ACTIONS[begin:end]),
+        ]
         return completion(request, words[step])
 
 
