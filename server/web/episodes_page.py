@@ -14,10 +14,11 @@ from arramon_server.runs.storage.corrections import voided_by
 from arramon_server.runs.storage.records import EpisodeEnding
 from arramon_server.scoring.episode_scores import Scores
 from arramon_server.web.episode_replays import EpisodeReplays, PlayedEpisode
+from arramon_server.web.map_labels import MapLabel, place_labels
 from arramon_server.web.named_things import named_things, object_name
 from arramon_server.web.page_texts import PageTexts, all_texts
 from arramon_server.web.room_map import ObjectStack
-from arramon_server.web.section_map import MapLabel, labels
+from arramon_server.web.section_map import place_on_map
 from arramon_server.web.standings_page import columns
 from arramon_server.web.standings_query import METRICS
 
@@ -195,6 +196,8 @@ def _address(t: PageTexts, entry: Entry, episode_id: str, chosen: EpisodeFilter)
 def map_labels(t: PageTexts, language: str, played: PlayedEpisode, number: int) -> tuple[MapLabel, ...]:
     """Return the labels on the map of a turn: the target, and things near the path that the instruction mentions.
 
+    They cover neither the reference path nor the one played.
+
     Args:
         t: texts of the page's language.
         language: language of the instructions.
@@ -209,7 +212,9 @@ def map_labels(t: PageTexts, language: str, played: PlayedEpisode, number: int) 
         text = played.episode.instructions[language][number].navigation
         found = named_things(t, instruction_words, played.section, text, turn.path)
         named += [(thing.name, thing.position) for thing in found]
-    return labels(played.section, named)
+    ground, track = played.ground, played.tracks[number]
+    places = [(name, place_on_map(played.section, point)) for name, point in named]
+    return place_labels((0.0, 0.0, ground.width, ground.height), places, track.ways)
 
 
 def pile_name(t: PageTexts, pile: ObjectStack) -> str:

@@ -43,6 +43,7 @@ class TurnPaths:
         target: position of the target.
         end: end of the path played; None if the turn was not begun.
         forced: whether a limit, not the agent, picked an object up.
+        ways: the points of both paths on the map; of the second none if the turn was not begun.
     """
 
     truth: str
@@ -50,69 +51,8 @@ class TurnPaths:
     start: tuple[float, float]
     target: tuple[float, float]
     end: tuple[float, float] | None
-    forced: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class MapLabel:
-    """A label on the map.
-
-    Attributes:
-        x, y: where its text is anchored.
-        anchor: "start", "middle" or "end".
-        name: the text.
-        dot: position of the labelled thing.
-    """
-
-    x: float
-    y: float
-    anchor: str
-    name: str
-    dot: tuple[float, float]
-
-
-LETTER, LINE = 1.5, 1.7
-"""Font size and line height of a label, in units."""
-
-_WIDE = 0.58
-"""Mean width of a letter, as a fraction of the font size."""
-
-
-_GAP = 0.6
-"""Gap after a label, in units."""
-
-
-def labels(section: Section, named: Sequence[tuple[str, Point2]]) -> tuple[MapLabel, ...]:
-    """Place labels on the map so that they do not overlap; labels for which there is no space are left out.
-
-    Args:
-        section: the section.
-        named: texts with positions (x, z), the most important first.
-    """
-    placed: list[MapLabel] = []
-    taken: list[tuple[float, float, float, float]] = []
-    _, z0, _, z1 = section.bounds
-    width, height = section.bounds[2] - section.bounds[0] + 2 * MARGIN, z1 - z0 + 2 * MARGIN
-    for name, point in named:
-        x, y = place_on_map(section, point)
-        across = _WIDE * LETTER * len(name) + _GAP
-        for dx, dy, anchor, left in (
-            (1.2, 0.5, "start", 0.0),
-            (-1.2, 0.5, "end", -across),
-            (0.0, -1.3, "middle", -across / 2),
-            (0.0, 2.4, "middle", -across / 2),
-        ):
-            box = (x + dx + left, y + dy - LINE, x + dx + left + across, y + dy)
-            inside = box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height
-            if inside and not any(_overlap(box, other) for other in taken):
-                placed.append(MapLabel(round(x + dx, 2), round(y + dy, 2), anchor, name, (x, y)))
-                taken.append(box)
-                break
-    return tuple(placed)
-
-
-def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+    forced: bool
+    ways: tuple[tuple[Point2, ...], tuple[Point2, ...]]
 
 
 def draw_section(section: Section, origins: Sequence[PropOrigin] = ()) -> SectionMap:
@@ -145,6 +85,7 @@ def turn_paths(section: Section, record: TurnRecord) -> TurnPaths:
         place_on_map(section, (record.target_position[0], record.target_position[2])),
         place_on_map(section, path[-1]) if path else None,
         record.pickup_forced,
+        (points_on_map(section, record.reference_path), points_on_map(section, path)),
     )
 
 
@@ -156,7 +97,12 @@ def place_on_map(section: Section, point: Point2) -> tuple[float, float]:
 
 def polyline(section: Section, points: Sequence[Point2]) -> str:
     """Return places of a section on its map, in SVG's notation."""
-    return " ".join(f"{x:g},{y:g}" for x, y in (place_on_map(section, point) for point in points))
+    return " ".join(f"{x:g},{y:g}" for x, y in points_on_map(section, points))
+
+
+def points_on_map(section: Section, points: Sequence[Point2]) -> tuple[Point2, ...]:
+    """Return places of a section on its map."""
+    return tuple(place_on_map(section, point) for point in points)
 
 
 def _corners(building: Building) -> list[Point2]:

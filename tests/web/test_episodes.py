@@ -23,7 +23,6 @@ from arramon_server.web.episodes_page import FAILURES, NAVIGATION, NOTHING, OBJE
 from arramon_server.web.named_things import named_things
 from arramon_server.web.page_texts import all_texts
 from arramon_server.web.room_map import AssemblyReplay
-from arramon_server.web.section_map import labels
 from tests import tiny
 from tests.web.leaderboard_site import HIDDEN_RUN, OPEN_RUN, LeaderboardSite
 from tests.web.reading import Page
@@ -227,14 +226,6 @@ def test_maps_know_all_words_of_written_instructions(code: str) -> None:
         written = {form.replace("~", "") for form in forms_of(nouns[kind])}
         assert written <= set(texts(f"things.{kind}").split("|")), kind
     assert {f"things.building_{facade}" for facade in FACADES} <= texts.words.keys()
-
-
-def test_labels_cover_no_other_label_and_stay_on_the_map() -> None:
-    named = [("a long name of a thing", (x / 3, 0.0)) for x in range(-60, 60)]
-    found = labels(SECTION, named)
-    assert 4 < len(found) < len(named)
-    assert labels(SECTION, named[:1])[0].anchor == "start"
-    assert len({(one.x, one.y) for one in found}) == len(found)
 
 
 def test_every_failure_has_a_word() -> None:

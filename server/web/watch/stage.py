@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from arramon_client.world import STEP
 from arramon_server.episodes.episode import Episode
 from arramon_server.playback.moments import Moment
 from arramon_server.scoring.trajectory import Point2
@@ -11,10 +12,11 @@ from arramon_server.sim.geometry import Pose
 from arramon_server.sim.room import START, RoomCell
 from arramon_server.sim.rules import Phase
 from arramon_server.sim.section import Section
+from arramon_server.web.map_labels import MapLabel, place_labels
 from arramon_server.web.named_things import object_name
 from arramon_server.web.page_texts import PageTexts
 from arramon_server.web.room_map import ObjectStack, cell_centre, object_stacks, room_polyline
-from arramon_server.web.section_map import place_on_map, polyline
+from arramon_server.web.section_map import place_on_map, points_on_map, polyline
 
 PADDING, SMALLEST = 7.0, 30.0
 """Ground shown around the paths, and smallest side of the map, in units."""
@@ -49,6 +51,7 @@ class TurnStage:
         room_truth: the reference path in the room; empty if it is not shown.
         room_target: centre of the target's cell; None if it is not shown.
         room_level: level of the target's cell, from 1.
+        label: the target's name; None if it is not shown, or would cover a path everywhere.
     """
 
     number: int
@@ -59,11 +62,12 @@ class TurnStage:
     room_truth: str
     room_target: tuple[float, float] | None
     room_level: int
+    label: MapLabel | None
 
     @property
     def scale(self) -> float:
         """Size of the agent and of names on the street's map, which do not shrink with a wider view."""
-        return round(self.view[2] / SMALLEST, 2)
+        return _scale(self.view)
 
 
 def turn_stage(
@@ -88,21 +92,34 @@ def turn_stage(
     in_room = [moment.state.room for moment in moments if moment.state.phase is Phase.ASSEMBLY]
     before = in_room[0] if in_room else (moments[-1].state.room if moments else episode.decoys)
     cell = turn.target_cell
+    view = _view([place_on_map(section, point) for point in around])
+    places = [
+        (object_name(t, item.type), place_on_map(section, (item.position.x, item.position.z))) for item in objects
+    ]
+    ways = [points_on_map(section, way) for way in (truth, *_walks(walked))]
+    box = view[0], view[1], view[0] + view[2], view[1] + view[3]
     return TurnStage(
         number,
-        _view([place_on_map(section, point) for point in around]),
+        view,
         polyline(section, truth),
-        tuple(
-            StreetObject(
-                *place_on_map(section, (item.position.x, item.position.z)), object_name(t, item.type), index == 0
-            )
-            for index, item in enumerate(objects)
-        ),
+        tuple(StreetObject(*place, name, index == 0) for index, (name, place) in enumerate(places)),
         object_stacks(before),
         room_polyline(turn.room_path) if shows_truth else "",
         cell_centre(RoomCell(cell.column, cell.row)) if shows_truth else None,
         cell.level,
+        next(iter(place_labels(box, places[:1], ways, _scale(view))), None),
     )
+
+
+def _walks(places: Sequence[Point2]) -> list[list[Point2]]:
+    """Split the places of one or two runs' moments where the second one begins: no step leads there."""
+    walks: list[list[Point2]] = []
+    for place in places:
+        if walks and math.dist(walks[-1][-1], place) < 2 * STEP:
+            walks[-1].append(place)
+        else:
+            walks.append([place])
+    return walks
 
 
 def room_start() -> tuple[float, float]:
@@ -115,6 +132,10 @@ def from_start(start: Pose, place: tuple[float, float]) -> Point2:
     angle = math.radians(start.heading)
     right, ahead, sin, cos = *place, math.sin(angle), math.cos(angle)
     return start.x + right * cos + ahead * sin, start.z - right * sin + ahead * cos
+
+
+def _scale(view: tuple[float, float, float, float]) -> float:
+    return round(view[2] / SMALLEST, 2)
 
 
 def _view(places: Sequence[tuple[float, float]]) -> tuple[float, float, float, float]:

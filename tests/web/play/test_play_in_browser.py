@@ -22,6 +22,18 @@ BYTES = 200_000
 """Limit of a page with its scripts and styles, as sent, without fonts."""
 
 
+NAMES = """() => {
+    const texts = [...document.querySelectorAll("#result svg.map .names text")];
+    const isCovering = (text) => [...text.closest("svg").querySelectorAll("polyline")].some((way) => {
+        const { x, y, width, height } = text.getBBox(), length = way.getTotalLength();
+        return Array.from({ length: 200 }, (_, n) => way.getPointAtLength(length * n / 199))
+            .some((point) => point.x > x && point.x < x + width && point.y > y && point.y < y + height);
+    });
+    return [texts.length, texts.filter(isCovering).length];
+}"""
+"""Number of names on the maps of the streets, and of those that cover a path."""
+
+
 @contextmanager
 def window(browser: Browser, server: PageServer, *, losing: bool = False, **settings: object) -> Iterator[Page]:
     """A window on the site. Nothing may go wrong in it, unless its connection is to be lost."""
@@ -79,6 +91,7 @@ def test_a_whole_episode_by_keys(
         expect(page.locator("#result svg.map")).to_have_count(2)
         expect(page.locator("#result tbody td").last).to_have_text("1.000")
         expect(page.locator("#result .verdicts .right")).to_have_count(2)
+        assert page.evaluate(NAMES) == [2, 0]
         expect(page.locator("#begin")).to_be_visible()
         page.click("#publish button")
         page.click("#status a")
@@ -121,9 +134,10 @@ def test_a_reload_in_the_tutorial_loses_nothing(browser: Browser, server: PageSe
         expect(page.locator("#result .verdicts .wrong")).to_have_count(2)
         expect(page.locator("#status")).to_contain_text("Part 1 of 3 is over")
         expect(page.locator("#game")).to_be_hidden()
+        expect(page.locator("#leave button")).to_have_text("Leave the practice")
         page.click("#next button")
         expect(page.locator("html")).to_have_attribute("data-drawn", f"{second} 0")
-        page.click("#leave button")
+        page.click("#game .leave")
         expect(page.locator("#status")).to_have_text("You have left the practice. Start an episode when you like.")
         page.reload()
         expect(page.locator("#start")).to_be_visible()
@@ -300,7 +314,7 @@ def test_another_language_says_that_a_run_waits(browser: Browser, server: PageSe
         page.go_back()
         drawn(page, 0)
         page.on("dialog", lambda dialog: dialog.accept())
-        page.click("#leave button")
+        page.click("#game .leave")
         expect(page.locator("#status")).to_have_text("You have left the run. Start another one when you like.")
         page.reload()
         expect(page.locator("#start")).to_be_visible()

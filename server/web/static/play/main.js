@@ -158,7 +158,6 @@ function refused(closed, isFinal) {
   if (!isFinal) return;
   const movedOn = closed.code === "Replaced" || closed.code === "TakenOver";
   element("again").hidden = !movedOn;
-  element("leave").hidden = true;
   for (const button of gameButtons()) button.disabled = movedOn;
   if (revisited && !movedOn) memory.keepLast(language, "");
   revisited = "";
@@ -194,6 +193,9 @@ function leave() {
   view.status(texts[isPractice ? "left_practice" : "left_run"]);
 }
 
+// One beside the game, and one between two episodes.
+function leaveButtons() { return document.querySelectorAll(".leave"); }
+
 function gameButtons() { return element("game").querySelectorAll("button"); }
 
 // Between two episodes: the person reads how the last one went.
@@ -201,7 +203,7 @@ function pause() {
   showGame(true);
   element("game").hidden = true;
   document.body.classList.remove("playing");
-  element("next").hidden = false;
+  element("next").hidden = element("leave").hidden = false;
   element("next").querySelector("span").hidden = !current.has_clocks;
   window.scrollTo(0, 0);
 }
@@ -209,13 +211,12 @@ function pause() {
 function showGame(plays) {
   element("game").hidden = !plays;
   element("begin").hidden = plays;
-  element("leave").hidden = !plays;
-  element("leave").querySelector("button").textContent = texts[practice === null ? "leave_run" : "leave_practice"];
+  for (const button of leaveButtons()) button.textContent = texts[practice === null ? "leave_run" : "leave_practice"];
   const isKnown = memory.hasPractised || memory.earlier.length > 0;
   element("practice").firstElementChild.hidden = isKnown;
   element("practice").classList.toggle("notice", !isKnown);
   element("practice").querySelector("button").classList.toggle("quiet", isKnown);
-  for (const id of ["again", "publish", "next", "onward"]) element(id).hidden = true;
+  for (const id of ["again", "publish", "next", "leave", "onward"]) element(id).hidden = true;
   if (!plays) { form.prepare(); window.scrollTo(0, 0); }
   document.body.classList.toggle("playing", plays);
   if (!plays) return;
@@ -291,7 +292,7 @@ function showLast() {
 element("give-up").addEventListener("click", () => {
   if (game.state && confirm(texts.give_up_really)) connection.send({ type: "give_up", episode: game.state.episode });
 });
-element("leave").querySelector("button").addEventListener("click", leave);
+for (const button of leaveButtons()) button.addEventListener("click", leave);
 showElsewhere();
 element("how")?.toggleAttribute("open", memory.earlier.length === 0);
 if (practice || memory.run(language)) { element("begin").hidden = true; connect(); } else showGame(false);
