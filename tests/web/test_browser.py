@@ -181,6 +181,21 @@ def test_sorting_by_keyboard_keeps_the_focus(reader: Reader) -> None:
     assert page.url.endswith("&sort=agent")
 
 
+def test_the_latest_of_two_clicks_counts(reader: Reader) -> None:
+    """The answer to the first one comes after that to the second."""
+    page = reader.open("/en/")
+    held: list[Route] = []
+    page.route("**/*sort=agent*", lambda route: held.append(route))
+    page.click('a[data-swap="agent"]')
+    page.click('a[data-swap="published"]')
+    expect(page.locator("th[aria-sort] a")).to_have_attribute("data-swap", "published")
+    with page.expect_event("requestfinished", lambda request: "sort=agent" in request.url):
+        held[0].continue_()
+    page.evaluate("fetch('/en/').then((response) => response.text())")  # by then the page has read the late answer
+    expect(page.locator("th[aria-sort] a")).to_have_attribute("data-swap", "published")
+    assert "sort=published" in page.url
+
+
 def test_filtering_works_by_keyboard(reader: Reader) -> None:
     page = reader.open(f"/en/{OPEN}")
     reader.press_until('select[name="sensors"]')

@@ -2,14 +2,16 @@
 "use strict";
 (() => {
   let shown = location.pathname + location.search;
+  let latest = 0; // number of pages asked for: an answer to an earlier question comes too late
   const say = (text) => { document.getElementById("said").textContent = text; };
 
   async function show(address, remember) {
     const focused = document.activeElement?.closest("[data-swap]")?.dataset.swap;
     const place = document.querySelector(".board")?.scrollLeft ?? 0;
-    const response = await fetch(address);
+    const mine = ++latest, response = await fetch(address), text = await response.text();
+    if (mine !== latest) return;
     if (!response.ok) { location.assign(address); return; }
-    const page = new DOMParser().parseFromString(await response.text(), "text/html");
+    const page = new DOMParser().parseFromString(text, "text/html");
     if (remember) history.pushState(null, "", address);
     shown = location.pathname + location.search;
     for (const part of ["header", "main"]) {
@@ -23,7 +25,10 @@
     say(document.querySelector("caption .stay")?.textContent ?? document.title);
   }
 
-  const follow = (address) => show(address, true).catch(() => location.assign(address));
+  function follow(address) {
+    const mine = latest + 1;
+    return show(address, true).catch(() => { if (mine === latest) location.assign(address); });
+  }
 
   document.addEventListener("click", (event) => {
     const link = event.target.closest("a[data-swap]");
