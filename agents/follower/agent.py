@@ -2,6 +2,7 @@
 
 import arramon_lang as lang
 from arramon_agents.follower.navigation import Navigator
+from arramon_agents.follower.street_navigator import make_street_navigator
 from arramon_agents.mapping.agent import MapAgent, PhasePlayer, Skills
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.room_player import find_by_rules
@@ -10,17 +11,23 @@ from arramon_lang.meaning import Assembly, Navigation, Thing
 
 
 class Agent(MapAgent):
-    """Rule-based agent that uses text, depth and segmentation only."""
+    """Rule-based agent that uses text, depth and segmentation only.
+
+    Args:
+        streets: whether to take directions as they were meant, by the streets on the map and an estimate of where the
+            reference ended turn 1, as `agents.seeing_follower` does. Off by default: the follower without it filters
+            generated data, whose episodes would change.
+    """
 
     name = "follower"
     sensors = ("depth", "segmentation")
 
-    def __init__(self) -> None:
+    def __init__(self, *, streets: bool = False) -> None:
         super().__init__(
             Skills(
                 perceive=perceive_as_given,
                 read=parse_instruction,
-                make_walk=make_rule_navigator,
+                make_walk=make_street_navigator if streets else make_rule_navigator,
                 find_cell=find_by_rules,
                 notes=True,
             )

@@ -54,13 +54,16 @@ class Navigator:
     Args:
         body: the agent's pose, map and landmarks, which persist between instructions.
         meaning: the meaning of the instruction.
+        heading: heading from which its first directions are meant, in multiples of 30 degrees: the agent turns to it
+            before the first step. None for the agent's own.
     """
 
-    def __init__(self, body: AgentBody, meaning: Navigation) -> None:
+    def __init__(self, body: AgentBody, meaning: Navigation, heading: int | None = None) -> None:
         self._body = body
         self._meaning = meaning
         self._number = 0
-        self._course = body.angle
+        self._course = body.angle if heading is None else heading * TURN
+        self._first_turns = [] if heading is None else turns(body.heading, heading)
         self._walker = MapWalker(body)
         self._committed = False
         self._missed: set[tuple[float, float]] = set()
@@ -74,6 +77,9 @@ class Navigator:
 
     def act(self, steps_left: int = 0) -> Action:  # noqa: ARG002 - the rules do not depend on it
         """Return the next action; call it after the body has perceived the observation."""
+        if self._first_turns:
+            return self._first_turns.pop(0)
+        self._body.taken = None
         if self._interacted is not None:
             self._missed.add((self._interacted.x, self._interacted.z))
             self._interacted = None
@@ -118,6 +124,7 @@ class Navigator:
         self._committed = True
         if is_reached(body, target, *body.pose):
             self._interacted = target
+            body.taken = target.x, target.z
             return Action.INTERACT
         return self._walker.go_to(
             (target.x, target.z), PICK_UP_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
@@ -158,8 +165,12 @@ class Navigator:
                 action = self._approach(step)
                 if action is not None:
                     return action
-            self._turned_to = self._course + math.radians(DEGREES[step.direction])
+            self._turned_to = self._course_after(step.direction)
         return self._turn_to(self._turned_to)
+
+    def _course_after(self, direction: str) -> float:
+        """Return the course after a turn in a direction of `meaning.TURNS`, in radians."""
+        return self._course + math.radians(DEGREES[direction])
 
     def _turn_to(self, course: float) -> Action | None:
         body = self._body

@@ -34,6 +34,7 @@ class AgentBody:
         ground: the map of the ground.
         landmarks: the landmarks seen.
         closed_steps: `step_key`s of steps that turned out to be blocked.
+        taken: (x, z) of the object of the last action, if it was a pick-up by a navigator of rules; else None.
     """
 
     def __init__(self, labels: Sequence[Label], landmarks: LandmarkMemory | None = None) -> None:
@@ -43,6 +44,7 @@ class AgentBody:
         self.ground = GroundMap()
         self.landmarks = landmarks or LandmarkMemory(labels)
         self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
+        self.taken: tuple[float, float] | None = None
         self._scanner = FrameScanner(labels)
         self._last: Action | None = None
         self._before: npt.NDArray[np.float32] | None = None

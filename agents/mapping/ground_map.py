@@ -33,6 +33,11 @@ class GroundMap:
         self._wall = np.frombuffer(self.wall, np.uint8)
         self._solid = np.zeros(SIDE * SIDE, np.uint8)
 
+    def layers(self) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+        """Return where something solid, free ground and a building was seen, each (SIDE along x, SIDE along z)."""
+        solid, free, wall = (each.reshape(SIDE, SIDE) == 1 for each in (self._solid, self._free, self._wall))
+        return solid, free, wall
+
     def add(self, scan: Scan) -> None:
         """Add a frame's free ground and obstacles."""
         self._free[_indices(scan.free[:, 0], scan.free[:, 1])] = 1

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from arramon_agents.follower.agent import make_rule_navigator
+from arramon_agents.follower.street_navigator import make_street_navigator
 from arramon_agents.mapping.agent import MapAgent, Skills
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
@@ -21,19 +22,23 @@ class Agent(MapAgent):
     Args:
         eyes: visual encoder; None for the shipped one.
         reader: reader of instructions, or its file; None for the shipped one.
+        streets: whether to take directions as they were meant, by the streets on the map and an estimate of where the
+            reference ended turn 1.
     """
 
     name = "seeing_follower"
     sensors = ("rgb", "depth")
 
-    def __init__(self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None) -> None:
+    def __init__(
+        self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None, *, streets: bool = True
+    ) -> None:
         perceive = EyesPerception(eyes or load_eyes())
         reads = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
         super().__init__(
             Skills(
                 perceive=perceive,
                 read=lambda _, text, phase: reads.read(text, phase),
-                make_walk=make_rule_navigator,
+                make_walk=make_street_navigator if streets else make_rule_navigator,
                 find_cell=find_by_rules,
                 labels=LABELS,
                 make_landmarks=ProbabilisticLandmarkMemory,

@@ -1,0 +1,127 @@
+"""What a walk costs on the ground that the agent has seen, and in which direction its streets run."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import distance_transform_edt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
+from arramon_agents.mapping.motion import TURN
+
+MARGIN = 12
+"""Cells around the seen ground that also count."""
+
+MIN_CLEARANCE, PREFERRED_CLEARANCE = 0.36, 2.0
+"""Distance in units from everything solid that a walk keeps always, and where possible."""
+
+WALL_COST = 0.9
+"""Extra cost of a unit of a walk at a wall; it falls quadratically to 0 at PREFERRED_CLEARANCE."""
+
+UNSEEN_COST, SEEN_WITHIN = 2.0, 0.5
+"""Extra cost of a unit of unseen ground, and how far from seen ground others count as seen, in units."""
+
+OBJECT_CELLS = 5
+"""Cells on each side of an object that do not block the way to it."""
+
+SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Parts of a step after which its place must be open."""
+
+MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
+"""Half of the sixteen directions between cells; the others are their opposites."""
+
+MIN_WALLS = 30
+"""Minimum number of cells with walls for the direction of streets to be read from them."""
+
+
+class KnownGround:
+    """Costs of the part of a map that has been seen. Its cells are numbered row by row.
+
+    Args:
+        ground: the agent's map, on which some free ground has been seen.
+    """
+
+    def __init__(self, ground: GroundMap) -> None:
+        solid, free, _ = ground.layers()
+        rows, columns = np.nonzero(free)
+        self._first = max(int(rows.min()) - MARGIN, 0), max(int(columns.min()) - MARGIN, 0)
+        window = (
+            slice(self._first[0], min(int(rows.max()) + MARGIN + 1, SIDE)),
+            slice(self._first[1], min(int(columns.max()) + MARGIN + 1, SIDE)),
+        )
+        clearance = (distance_transform_edt(~solid[window]) - 0.5) * CELL
+        is_seen = distance_transform_edt(~free[window]) * CELL <= SEEN_WITHIN
+        lack = np.maximum(PREFERRED_CLEARANCE - clearance, 0.0) / PREFERRED_CLEARANCE
+        self._costs: npt.NDArray[np.float64] = 1.0 + WALL_COST * lack**2 + np.where(is_seen, 0.0, UNSEEN_COST)
+        self._open: npt.NDArray[np.bool_] = clearance >= MIN_CLEARANCE
+        self._cost_list: list[float] = self._costs.ravel().tolist()
+        self._open_list: list[bool] = self._open.ravel().tolist()
+
+    def cell(self, x: float, z: float) -> int | None:
+        """Return the number of the cell at a place; None if it is outside."""
+        rows, columns = self._costs.shape
+        row = math.floor(x / CELL + SIDE / 2) - self._first[0]
+        column = math.floor(z / CELL + SIDE / 2) - self._first[1]
+        return row * columns + column if 0 <= row < rows and 0 <= column < columns else None
+
+    def step_cost(self, x: float, z: float, dx: float, dz: float) -> float | None:
+        """Return the cost of a step from (x, z) by (dx, dz); None if it is blocked."""
+        cell = None
+        for share in SHARES:
+            cell = self.cell(x + share * dx, z + share * dz)
+            if cell is None or not self._open_list[cell]:
+                return None
+        assert cell is not None
+        return self._cost_list[cell]
+
+    def costs_to(self, place: tuple[float, float]) -> list[float]:
+        """Return the cost of the cheapest way from each cell to a place, by number; infinite where there is none."""
+        end = self.cell(*place)
+        if end is None:
+            return [math.inf] * len(self._cost_list)
+        is_open = self._open.copy()
+        row, column = divmod(end, is_open.shape[1])
+        reach = OBJECT_CELLS
+        is_open[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1] = True
+        left: list[float] = dijkstra(self._graph(is_open), directed=False, indices=end).tolist()
+        return left
+
+    def _graph(self, is_open: npt.NDArray[np.bool_]) -> csr_array:
+        rows, columns = is_open.shape
+        number = np.arange(rows * columns).reshape(rows, columns)
+        starts, ends, lengths = [], [], []
+        for down, along in MOVES:
+            here = slice(0, rows - down), slice(max(-along, 0), columns - max(along, 0))
+            there = slice(down, rows), slice(max(along, 0), columns - max(-along, 0))
+            usable = is_open[here] & is_open[there]
+            starts.append(number[here][usable])
+            ends.append(number[there][usable])
+            cost = (self._costs[here] + self._costs[there])[usable] / 2.0
+            lengths.append(math.hypot(down, along) * CELL * cost)
+        entries = np.concatenate(lengths), (np.concatenate(starts), np.concatenate(ends))
+        return csr_array(entries, shape=(rows * columns, rows * columns))
+
+
+def street_axis(ground: GroundMap) -> int:
+    """Return the direction of the streets: in which of three the walls on the map lie on the fewest lines.
+
+    Returns:
+        Multiples of 30 degrees clockwise from the agent's first heading, 0, 1 or 2: streets cross at right angles, and
+        agents start at a multiple of 30 degrees from them. 0 if few walls have been seen.
+    """
+    places = np.argwhere(ground.layers()[2]) * CELL
+    if len(places) < MIN_WALLS:
+        return 0
+    return max(range(3), key=lambda axis: _sharpness(places, axis * TURN))
+
+
+def _sharpness(places: npt.NDArray[np.float64], angle: float) -> float:
+    """Return how much places gather on lines in the direction `angle` (radians) and at right angles to it."""
+    sin, cos = math.sin(angle), math.cos(angle)
+    total = 0.0
+    for offsets in (places[:, 0] * cos - places[:, 1] * sin, places[:, 0] * sin + places[:, 1] * cos):
+        lines = np.bincount(np.floor((offsets - offsets.min()) / CELL).astype(np.int64))
+        total += float((lines.astype(np.float64) ** 2).sum())
+    return total
