@@ -165,12 +165,8 @@ class Navigator:
                 action = self._approach(step)
                 if action is not None:
                     return action
-            self._turned_to = self._course_after(step.direction)
+            self._turned_to = self._course + math.radians(DEGREES[step.direction])
         return self._turn_to(self._turned_to)
-
-    def _course_after(self, direction: str) -> float:
-        """Return the course after a turn in a direction of `meaning.TURNS`, in radians."""
-        return self._course + math.radians(DEGREES[direction])
 
     def _turn_to(self, course: float) -> Action | None:
         body = self._body

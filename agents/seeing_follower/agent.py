@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from arramon_agents.follower.agent import make_rule_navigator
-from arramon_agents.follower.street_navigator import make_street_navigator
+from arramon_agents.follower.agent import make_estimating_navigator, make_rule_navigator
 from arramon_agents.mapping.agent import MapAgent, Skills
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
@@ -22,15 +21,14 @@ class Agent(MapAgent):
     Args:
         eyes: visual encoder; None for the shipped one.
         reader: reader of instructions, or its file; None for the shipped one.
-        streets: whether to take directions as they were meant, by the streets on the map and an estimate of where the
-            reference ended turn 1.
+        estimate_heading: whether to follow turn 2 from an estimate of the heading in which the reference ended turn 1.
     """
 
     name = "seeing_follower"
     sensors = ("rgb", "depth")
 
     def __init__(
-        self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None, *, streets: bool = True
+        self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None, *, estimate_heading: bool = True
     ) -> None:
         perceive = EyesPerception(eyes or load_eyes())
         reads = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
@@ -38,7 +36,7 @@ class Agent(MapAgent):
             Skills(
                 perceive=perceive,
                 read=lambda _, text, phase: reads.read(text, phase),
-                make_walk=make_street_navigator if streets else make_rule_navigator,
+                make_walk=make_estimating_navigator if estimate_heading else make_rule_navigator,
                 find_cell=find_by_rules,
                 labels=LABELS,
                 make_landmarks=ProbabilisticLandmarkMemory,

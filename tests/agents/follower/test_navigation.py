@@ -53,7 +53,7 @@ class Street:
         """The state when the navigation has ended, and what was done."""
         layout = EpisodeLayout(start, (street, street), ())
         state, body, actions = rules.begin(layout), AgentBody(AGENT_LABELS), []
-        navigator = Navigator(body, meaning)
+        navigator, self.body = Navigator(body, meaning), body
         self.intents: list[Any] = []
         while state.phase is Phase.NAVIGATION:
             body.perceive(self.observe(state, layout))
@@ -93,6 +93,9 @@ def test_instructed_steps_lead_to_the_target(street: Street, steps: tuple[Step, 
     assert set(numbers) <= set(range(1, len(steps) + 1))
     assert street.intents[-1]["take"] == outline(MUG)
     assert any("goal" in intent for intent in street.intents)
+    assert street.body.taken is not None
+    lying = STREET[0].position.x - START.x, STREET[0].position.z - START.z  # START faces +z, as the body's frame.
+    assert math.dist(street.body.taken, lying) < 0.3
 
 
 @pytest.mark.parametrize(
