@@ -117,7 +117,7 @@ def street_axis(ground: GroundMap) -> int:
     return max(range(3), key=lambda axis: _sharpness(places, axis * TURN))
 
 
-def _sharpness(places: npt.NDArray[np.float64], angle: float) -> float:
+def _sharpness(places: npt.NDArray[np.floating], angle: float) -> float:
     """Return how much places gather on lines in the direction `angle` (radians) and at right angles to it."""
     sin, cos = math.sin(angle), math.cos(angle)
     total = 0.0
