@@ -21,8 +21,16 @@ from arramon_server.runs.storage.database import Database
 from tests.ports import free_port
 from tests.programs import program, start, stop
 
-SETTINGS = {"listen_addresses": "127.0.0.1", "unix_socket_directories": "", "fsync": "off", "shared_buffers": "32MB"}
-"""Without fsync: what these tests break are processes, not the machine."""
+SETTINGS = {
+    "listen_addresses": "127.0.0.1",
+    "unix_socket_directories": "",
+    "shared_buffers": "32MB",
+    # What these tests break are processes, not the machine.
+    "fsync": "off",
+    "full_page_writes": "off",
+    "max_wal_size": "128MB",
+    "autovacuum": "off",  # it would look at the databases of all tests again and again
+}
 
 TEMPLATE = "journal_template"
 """Name of the database that new ones are copied from."""
@@ -50,6 +58,10 @@ class Cluster:
 
     def url(self, database: str) -> str:
         return f"postgresql://arramon:{self._password}@127.0.0.1:{self.port}/{database}"
+
+    def drop(self, url: str) -> None:
+        """Remove a database, before all of it is written to the disk; connections that a test left open are closed."""
+        self.run(f"DROP DATABASE {url.rpartition('/')[2]} WITH (FORCE)")
 
     def create(self) -> str:
         """The URL of a new database with the tables of a journal, and nothing in them: a copy of one made once."""
@@ -137,9 +149,11 @@ def cluster() -> Iterator[Cluster]:
 
 
 @pytest.fixture
-def postgres_url(cluster: Cluster) -> str:
+def postgres_url(cluster: Cluster) -> Iterator[str]:
     """A new database in it, with an empty journal's tables."""
-    return cluster.create()
+    url = cluster.create()
+    yield url
+    cluster.drop(url)
 
 
 def await_lock(url: str, task: Future[Any]) -> None:

@@ -33,7 +33,7 @@ cat <&3 > /dev/null & input=$!
 trap 'kill $input 2> /dev/null' TERM
 wait $input
 kill -INT $program 2> /dev/null
-wait $program
+while kill -0 $program 2> /dev/null; do wait $program; done  # the signal above ends a wait
 """
 """For a shell: runs a program until its own standard input ends, however its parent went, or until it is terminated."""
 

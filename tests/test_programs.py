@@ -33,3 +33,34 @@ def test_a_program_stops_although_a_forked_process_holds_its_input(tmp_path: Pat
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
     assert process.returncode is not None
+
+
+SLOW = """
+import signal, sys, time
+from pathlib import Path
+
+def end(*_):
+    print("ending", flush=True)
+    time.sleep(0.5)
+    Path(sys.argv[1]).touch()
+    sys.exit()
+
+signal.signal(signal.SIGINT, end)
+print("ready", flush=True)
+while True:
+    signal.pause()
+"""
+"""Takes its time to end."""
+
+
+def test_a_program_that_is_stopped_has_ended(tmp_path: Path) -> None:
+    log, ended = tmp_path / "log", tmp_path / "ended"
+    process = start([sys.executable, "-c", SLOW, str(ended)], log)
+    while "ready" not in log.read_text():
+        time.sleep(0.01)
+    assert process.stdin is not None
+    process.stdin.close()
+    while "ending" not in log.read_text():
+        time.sleep(0.01)
+    stop(process)
+    assert ended.exists()

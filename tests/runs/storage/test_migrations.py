@@ -20,9 +20,11 @@ from tests.postgres import Cluster
 
 
 @pytest.fixture
-def postgres_url(cluster: Cluster) -> str:
+def postgres_url(cluster: Cluster) -> Iterator[str]:
     """Return an empty database, which the migrations are applied to."""
-    return cluster.create_empty()
+    url = cluster.create_empty()
+    yield url
+    cluster.drop(url)
 
 
 @pytest.fixture
