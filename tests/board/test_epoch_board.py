@@ -123,7 +123,7 @@ def test_actions_are_public_on_open_splits_and_revealed_epochs_alone(
 
 
 def test_agents_stand_on_the_old_epoch_against_the_new(backend: LeaderboardBackend, tmp_path: Path) -> None:
-    older, newer = (backend.epoch(number, tmp_path, 600) for number in (1, 2))
+    older, newer = (backend.epoch(number, tmp_path, 240) for number in (1, 2))
     of = {older: {"learned": 1.0, "honest": 0.5, "once": 1.0}, newer: {"learned": 0.25, "honest": 0.5}}
     for split, agents in of.items():
         for agent, score in agents.items():
