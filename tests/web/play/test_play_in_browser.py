@@ -199,6 +199,10 @@ def test_contrast_and_width(browser: Browser, server: PageServer, scheme: str) -
     with window(browser, server, color_scheme=scheme, viewport=PHONE) as page:
         start(page, server, "hi")
         press(page, tiny.ACTIONS[:4])
+        map_top, pad_top = page.evaluate(
+            "['#landing', '.pad'].map((part) => document.querySelector(part).getBoundingClientRect().top)"
+        )
+        assert abs(map_top - pad_top) < 2  # beside the buttons, in sight
         low = [(ratio, text) for ratio, text in page.evaluate(CONTRASTS) if ratio < 4.5]
         assert low == []
         assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
