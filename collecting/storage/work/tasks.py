@@ -114,6 +114,15 @@ class Tasks:
 
         return self._claim(collection, worker, VERIFY, choose)
 
+    def has_verify(self, collection: Collection, worker: Worker) -> bool:
+        """Return whether a text waits for this worker to verify it, or an open task does."""
+        with self._database.snapshot() as connection:
+            known = known_episodes(connection, worker.worker_id)
+            waiting = waiting_texts(connection, collection)
+            is_open = open_task(connection, worker.worker_id) is not None
+        needed = collection.settings.verifiers
+        return is_open or next_to_verify(waiting, worker.worker_id, known, needed) is not None
+
     def get(self, task_id: str) -> Task:
         """Return a task.
 

@@ -94,6 +94,7 @@ class ScreeningPages:
         context: dict[str, Any] = {
             "group": f"collect_screening_{stage}",
             "rules": RULES[stage],
+            "has_task": stage != VERIFY or self._handlers.store.tasks.has_verify(collection, visitor.worker),
             **screening_context(self._handlers.store, collection, found, wrong, RIGHT_ANSWERS[stage]),
             **guidelines_context(request_texts(request), collection, is_open=True),
         }

@@ -16,7 +16,7 @@ from arramon_server.errors import BadInput
 Act = Callable[[web.Request, Collection, Visitor, Mapping[str, str]], web.Response]
 """Answers a form; it runs in a thread."""
 
-NOTICES = frozenset(("nothing", "returned", "saved", "sent", "passed"))
+NOTICES = frozenset(("nothing_write", "nothing_verify", "returned", "saved", "sent", "passed"))
 """Notices that an address may ask a worker's page to show."""
 
 
@@ -115,7 +115,7 @@ class WorkerPages:
         address = self._claims.address(
             request, collection, visitor.worker, fields.get("stage", ""), text_id=fields.get("text", "")
         )
-        return see_other(address or f"{home_address(request)}?notice=nothing")
+        return see_other(address or f"{home_address(request)}?notice=nothing_{fields['stage']}")
 
     def _return(self, request: web.Request, _: Collection, visitor: Visitor, fields: Mapping[str, str]) -> web.Response:
         tasks = self._handlers.store.tasks

@@ -12,7 +12,7 @@ from arramon_collecting.storage.payments.records import LedgerEntry
 from arramon_collecting.storage.people.records import Visit, Worker
 from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
-from arramon_collecting.storage.texts.records import REJECTED, SENT_BACK, Text
+from arramon_collecting.storage.texts.records import DISCARDED, KEPT, REJECTED, SENT_BACK, Text
 from arramon_collecting.storage.work.records import EXPIRED, SUBMITTED, VERIFY, WRITE, Task
 
 
@@ -48,6 +48,7 @@ def consent_view(collection: Collection, worker: Worker, language: str) -> dict[
         "consent_hash": shown.hash_with(settings.licence),
         "licence_address": settings.licence_address or licence_address(settings.licence, language),
         "pays": pays(collection, worker),
+        "bonuses": bonuses(collection, worker),
     }
 
 
@@ -57,6 +58,17 @@ def pays(collection: Collection, worker: Worker) -> dict[str, str]:
     return {stage: collection.settings.money(amounts[stage]) for stage in worker.stages}
 
 
+def bonuses(collection: Collection, worker: Worker) -> dict[str, Any]:
+    """Return the bonuses of workers who write: for a kept set, and for numbers of sets; empty without one."""
+    settings = collection.settings
+    if WRITE not in worker.stages:
+        return {}
+    return {
+        "kept": settings.money(settings.pay_kept) if settings.pay_kept else "",
+        "milestones": [(count, settings.money(amount)) for count, amount in settings.milestones.items() if amount],
+    }
+
+
 def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[str, Any]:
     """Return the template variables of a worker's page, all of them about this worker only."""
     tasks, texts = store.tasks.all_of(worker.worker_id), store.texts.all_of(worker.worker_id)
@@ -64,11 +76,13 @@ def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[st
     open_task = store.tasks.open_of(worker.worker_id)
     return {
         "pays": pays(collection, worker),
+        "bonuses": bonuses(collection, worker),
         "open_task": open_task,
         "unfinished": [] if open_task is not None else _unfinished(store, tasks),
         "sent_back": [text for text in texts if text.state == SENT_BACK],
         "rejected": [text for text in texts if text.state == REJECTED],
         "sent": [text for text in reversed(texts) if text.instructions],
+        "flags_of": {text.text_id: _flags_of(store, text) for text in texts if text.state in (DISCARDED, KEPT)},
         "text_counts": _counts_of(texts),
         "verified": sum(task.stage == VERIFY and task.state == SUBMITTED for task in tasks),
         "earned": _earned(collection, entries),
@@ -81,6 +95,12 @@ def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[st
 def _unfinished(store: Store, tasks: list[Task]) -> list[Task]:
     """Return the expired tasks whose drafts can be taken up again, newest first."""
     return [task for task in reversed(tasks) if task.state == EXPIRED and store.drafts.get(task.task_id).revision]
+
+
+def _flags_of(store: Store, text: Text) -> list[tuple[str, str, str]]:
+    """Return the boxes that others ticked of a text, without who did: turn, phase and kind, each once."""
+    ticked = {flag for walk in store.verifications.of_text(text.text_id) if walk.counts for flag in walk.flags}
+    return sorted(tuple(flag.split("-", 2)) for flag in ticked)  # type: ignore[misc]
 
 
 def _counts_of(texts: list[Text]) -> Mapping[str, int]:

@@ -121,7 +121,8 @@ function connect() {
   connection.open();
 }
 
-listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated));
+// Enter does nothing here: on the page of writing it leads to the text, and what is picked up cannot be put back.
+listen(() => game.isPlaying, (action, repeated) => game.press(action, repeated), ["Enter", "NumpadEnter"]);
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
 element("give-up").addEventListener("click", () => {
   const question = !settings.isTest ? texts.give_up_really : isLast() ? texts.skip_test_really : "";

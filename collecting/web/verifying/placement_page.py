@@ -49,6 +49,7 @@ class PlacementPage:
                 "settings": settings | {"isTest": True, "lessons": lessons},
                 "repeat_address": f"{request.path}?repeat",
                 "passed_questions": "passed" in request.query,
+                "has_task": self._handlers.store.tasks.has_verify(collection, visitor.worker),
             }
             return self._handlers.page(request, "collect/placement.html", collection, context, visitor=visitor)
 

@@ -105,7 +105,7 @@ class VerifyPages:
         notice = (
             "" if verification.counts else t("collect_verify.too_fast", seconds=t.whole(round(verification.seconds)))
         )
-        context = {"notice": notice}
+        context = {"notice": notice, "amount": collection.settings.money(collection.settings.pay_verify)}
         return self._handlers.page(request, "collect/verify_done.html", collection, context, visitor=visitor)
 
     async def _serve(self, request: web.Request) -> web.StreamResponse:

@@ -86,6 +86,7 @@ export class PageView {
       button.querySelector(".hidden").textContent = this.texts[`state_${states[i]}`];
     });
     element("submit").hidden = reached < states.length;
+    element("review-note").hidden = !states.includes("doubtful");
   }
 
   // The length of the text: not shown anew while it is composed.

@@ -16,12 +16,12 @@ export function listenForCommands(isPlaying, commands) {
   });
 }
 
-// Calls `act(action, repeated)`, while `isPlaying()`.
-export function listen(isPlaying, act) {
+// Calls `act(action, repeated)`, while `isPlaying()`, but not for the keys whose codes are in `ignored`.
+export function listen(isPlaying, act, ignored = []) {
   document.addEventListener("keydown", (event) => {
     if (!isPlaying() || event.ctrlKey || event.metaKey || event.altKey || event.isComposing) return;
     const action = KEYS[event.code] ?? KEYS[event.key];
-    if (action === undefined || event.target.closest("input, select, textarea, summary")) return;
+    if (action === undefined || ignored.includes(event.code) || event.target.closest("input, select, textarea, summary")) return;
     // A focused button or link keeps Enter and the space bar for itself.
     if (action === INTERACT && event.target.closest("button, a")) return;
     if (event.target.closest("[tabindex]:not(#frame):not(main)") && event.key.startsWith("Arrow")) return; // it scrolls

@@ -9,7 +9,7 @@ import pytest
 
 from arramon_collecting.storage.people.records import FORGOTTEN, LEFT
 from arramon_collecting.storage.work.records import OPEN, RETURNED
-from tests.collecting.collecting import TEXTS
+from tests.collecting.collecting import BADLY, TEXTS
 from tests.collecting.storage.test_faults import full_disk
 from tests.collecting.web.site import CONSENT, HOST_TOKEN, CollectingSite
 
@@ -129,8 +129,29 @@ def test_pay_and_notices_are_said(site: CollectingSite) -> None:
     page = browser.get(HOME).text
     assert "pays 1.00 USD" in page
     assert "pays 0.20 USD" in page
+    assert "0.10 USD for each set that others could follow" in page
+    assert "A bonus of 0.90 USD when 20 of your sets" in page
     assert "were sent. Thank you!" in browser.get(f"{HOME}?notice=sent").text
     assert "You passed the test." in browser.get(f"{HOME}?notice=passed").text
+
+
+def test_what_others_ticked_stands_at_the_set_that_was_discarded(site: CollectingSite) -> None:
+    browser, worker_id = site.consented()
+    field = site.field
+    field.write(field.store.workers.get(worker_id))
+    for flags in (("1-navigation-unclear",), ("1-navigation-unclear", "2-assembly-wrong"), ()):
+        field.verify(field.worker(), BADLY, flags)
+    page = browser.get(HOME).text
+    assert "<dt>Sets of texts that others could not follow</dt><dd>1</dd>" in page
+    assert "<li>Object 1: the way: unclear</li><li>Object 2: the place: wrong</li>" in page
+
+
+def test_that_nothing_waits_is_said_before_the_tests(site: CollectingSite) -> None:
+    browser, _ = site.consented()
+    browser.get(HOME)
+    answer = browser.post(f"{HOME}take", stage="verify")
+    assert answer.location == f"{HOME}?notice=nothing_verify"
+    assert "No instructions of others wait for you" in browser.get(answer.location).text
 
 
 def test_two_tabs_get_the_same_task(site: CollectingSite) -> None:

@@ -154,7 +154,7 @@ def test_checks_come_with_each_save(writer: Writer) -> None:
     assert street["term"] == {
         "check": "term",
         "severity": "blocked",
-        "message": "“steps” cannot be used. Describe what can be seen in the street or the room instead.",
+        "message": "“steps” counts paces or turns. Say up to what to walk, or which way to turn, instead.",
         "marks": [[12, 17]],
     }
     assert [finding["check"] for finding in findings[1]] == [], "a text that is not begun has no faults yet"
