@@ -61,7 +61,7 @@ def in_all_looks(page: Page) -> Iterator[tuple[tuple[int, str], list[str]]]:
     """Yield the findings on a page as it is, by width and colours."""
     for size, scheme in LOOKS:
         page.set_viewport_size(size)  # type: ignore[arg-type]
-        page.emulate_media(color_scheme=scheme)
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")  # Colours change at once.
         yield (size["width"], scheme), serious_findings(page)
 
 

@@ -12,7 +12,7 @@ PAGE_WORDS = """
 [collect_write]
 title = "Verku instrukciojn"
 [collect_write_checks]
-term = "{words} ne estas uzebla."
+interface = "Nur vi vidas {words}."
 [collect_guidelines]
 good_room = "Metu la punktitan bluan pilkon antaŭ la strian ruĝan tason."
 """
@@ -45,7 +45,7 @@ def test_a_language_without_grammar_is_written_and_checked(tmp_path: Path) -> No
         writer.open()
         blocked = writer.submit(("Premu la klavo, iru rekte kaj prenu la strian ruĝan tason.", *TEXTS[1:]))
         assert blocked.status == 422
-        assert blocked.json["findings"][0][0]["message"] == "“klavo” ne estas uzebla."
+        assert blocked.json["findings"][0][0]["message"] == "Nur vi vidas “klavo”."
         answer = writer.submit(TEXTS)
         assert (answer.status, answer.json) == (200, {"next": f"/eo/collect/{writer.collection.name}/?notice=sent"})
         (text,) = site.store.texts.all(writer.collection.name)
