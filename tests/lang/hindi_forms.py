@@ -157,11 +157,11 @@ LOOKS = {
         *(VAALA.replace("{}", each) for each in ("धारियों", "पट्टियों", "लाइनों")),
     ],
     ("banner", "star"): [VAALA.replace("{}", each) for each in ("तारे", "सितारे", "तारे के निशान")],
-    ("banner", "diamond"): [VAALA.replace("{}", each) for each in ("हीरे के निशान", "डायमंड के निशान")],
+    ("banner", "diamond"): [VAALA.replace("{}", each) for each in ("डायमंड", "डायमंड के निशान")],
     ("banner", "triangle"): [VAALA.replace("{}", each) for each in ("त्रिकोण", "त्रिकोण के निशान", "तिकोने निशान")],
     ("banner", "circle"): [VAALA.replace("{}", each) for each in ("गोले के निशान", "गोल निशान")],
     ("banner", "hexagon"): [VAALA.replace("{}", each) for each in ("छह कोनों के निशान", "हेक्सागन के निशान")],
-    ("banner", "dot"): [VAALA.replace("{}", "बिंदी के निशान")],
+    ("banner", "dot"): [VAALA.replace("{}", each) for each in ("बिंदी", "बिंदी के निशान")],
     ("shop_sign", "hotel"): [KAA.replace("{}", "होटल")],
     ("shop_sign", "cafe"): [KAA.replace("{}", "कैफ़े")],
     ("shop_sign", "bank"): [KAA.replace("{}", "बैंक")],
@@ -199,7 +199,7 @@ POSTPOSITIONS = {
     "behind": ["के पीछे"],
     "near": ["के पास", "की बगल में", "के नज़दीक", "के क़रीब", "के पास ही"],
     "against": ["से सटाकर", "से लगाकर", "से चिपकाकर"],
-    "diagonal_to": ["के तिरछे में"],
+    "diagonal_to": ["से तिरछे", "की तिरछी तरफ़"],
 }
 
 OWN_COLOURS = {("barrier", "white"): ["नारंगी-सफ़ेद", "नारंगी और सफ़ेद"]}
