@@ -21,7 +21,7 @@ def readings(body: Sequence) -> list[list[str | Slot]]:
 def test_nouns_before_a_postposition_are_marked_oblique() -> None:
     """In all patterns, exactly the things before a postposition are marked oblique."""
     grammar = load("hi").grammar
-    postpositions = {"का", "के", "की", "को", "से", "पर", "तक", "में", "और"}
+    postpositions = {"का", "के", "की", "को", "से", "पर", "तक", "में", "और", "दोनों"}
     checked = 0
     for group in (grammar.steps, grammar.where, grammar.target, grammar.assembly, grammar.also_read):
         for pattern in (pattern for patterns in group.values() for pattern in patterns):

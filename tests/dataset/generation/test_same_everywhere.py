@@ -11,11 +11,11 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "1e736be0e00c346ba1b258958d4be2c22b9f8addb4139c788e298fe12d6c03ac",
-    "digest": "60d2418f17df145476c2e026f0eee0b843f27d81147ac0de82cbfc83140ffd6d",
-    "places": "83c326623a78fa852639869268aeeb686ac2a66e2afe2207b55bf868fde47a94",
-    "scores": "d0d948321895bc1821bfa1b6b1dd3a22eebc90af3f2c06a4c9fc1515a6a5ef10",
-    "blocked": 264,
+    "data": "eca25cdc27fa54b2b5826573369c254db63d928cd7c916d4a28f0fa7c4506fab",
+    "digest": "39ab336e561cf2b46468aa088bfd4890aba5d524dc02bee030fab348cb3c3165",
+    "places": "8bbcb8d645b7fcdf7507bca44d60ac3d76789bab4d5fba404fa91b9deb13994c",
+    "scores": "abbb24e5cb9e4ac4ff3f594bed4b323316cd3a36e6773c0bf8dc949586845f60",
+    "blocked": 253,
 }
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
 
