@@ -25,6 +25,10 @@ ASSETS = (
 )  # fmt: skip
 
 
+CITING = "project/citing.html"
+"""Page on citing and the licence, to which the footer of each page links."""
+
+
 class BuildError(Exception):
     """The site could not be built; the message says why."""
 
@@ -52,6 +56,7 @@ def build(site: Path) -> None:
         hindi.add_docs()
         _add(hindi, ())
         shutil.copytree(_generate(work / HINDI, _hindi()), made / HINDI)
+        _link_citing(made)
         _redirect(made)
         shutil.rmtree(site, ignore_errors=True)
         shutil.copytree(made, site)
@@ -75,12 +80,12 @@ def _english(pages: Sequence[Page]) -> str:
         if page.section:
             sections.setdefault(page.section, []).append(f"{{ {json.dumps(page.title)} = {json.dumps(page.path)} }}")
     nav = ",\n".join(f"{{ {json.dumps(section)} = [{', '.join(its)}] }}" for section, its in sections.items())
-    return _settings({"@HOME@": "", "@REFERENCE@": nav, "@ROOT@": str(ROOT)})
+    return _settings({"@HOME@": "", "@REFERENCE@": nav, "@ROOT@": str(ROOT), "@CITE@": "cite and licence"})
 
 
 def _hindi() -> str:
     """Return the settings of the Hindi site: those of the English one, with its own language and navigation."""
-    text = _settings({"@HOME@": "../", "@REFERENCE@": "", "@ROOT@": str(ROOT)})
+    text = _settings({"@HOME@": "../", "@REFERENCE@": "", "@ROOT@": str(ROOT), "@CITE@": "उद्धरण और लाइसेंस, अंग्रेज़ी में"})
     before, nav = text.index("nav = ["), text.index("[project.theme]")
     own = (HERE / "hindi.toml").read_text(encoding="utf-8")
     return text[:before] + own + "\n" + text[nav:].replace('language = "en"', f'language = "{HINDI}"', 1)
@@ -104,6 +109,14 @@ def _generate(folder: Path, settings: str) -> Path:
         said = re.sub(r"\x1b\[[0-9;]*m", "", done.stdout + done.stderr)
         raise BuildError(said.partition("Traceback")[0].strip() or said.strip())
     return folder / "site"
+
+
+def _link_citing(site: Path) -> None:
+    """Make the footer's link lead to the page on citing: the generator has one text for pages of all folders."""
+    for page in site.rglob("*.html"):
+        address = os.path.relpath(site / CITING, page.parent)
+        text = page.read_text(encoding="utf-8")
+        page.write_text(text.replace("@CITING@", address), encoding="utf-8")
 
 
 def _redirect(site: Path) -> None:

@@ -56,6 +56,12 @@ def test_a_chart_is_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "a.csv").read_text(encoding="utf-8") == style.as_csv(CHARTS["results-ndtw"])
 
 
+@pytest.mark.parametrize("split", results.SPLITS)
+def test_the_page_has_the_intervals_of_the_chart(split: str) -> None:
+    expected = results.intervals(split)
+    assert f"\nOn `{split}`:\n\n{expected}\n" in results.PAGE.read_text(encoding="utf-8"), f"expected:\n{expected}"
+
+
 def test_intervals_of_charts_are_those_of_the_table_of_seeds() -> None:
     """vl in English on val_seen: 1.96 * sqrt(0.143^2 / 138 + 0.205^2 / (3 * 138)) is 0.031."""
     row = next(row for row in CHARTS["results-ndtw"] if (row["agent"], row["language"]) == ("vl", "en"))

@@ -105,7 +105,7 @@ def test_answers_are_as_openapi_describes_them(shown: LeaderboardSite) -> None:
 
 def test_the_list_for_language_models_names_every_page() -> None:
     listed = llms()
-    for purpose in ("tutorials", "how-to", "reference", "explanation", "results"):
+    for purpose in ("tutorials", "how-to", "reference", "explanation", "results", "project"):
         for path in (ROOT / "docs" / purpose).glob("*.md"):
             assert path.stem == "index" or f"({purpose}/{path.stem}.html)" in listed
     assert {"llms.txt", "openapi.json", "schemas/episode.json", "schemas/results.json"} <= files().keys()
@@ -118,4 +118,10 @@ def test_the_citation_is_of_the_paper_and_of_this_version() -> None:
     assert (cited["version"], cited["license"]) == (project["version"], project["license"])
     paper = cited["preferred-citation"]
     assert [each["family-names"] for each in paper["authors"]] == ["Kim", "Zala", "Burri", "Tan", "Bansal"]
+    citing = (ROOT / "docs" / "project" / "citing.md").read_text(encoding="utf-8")
     assert paper["url"] in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f'url = "{paper["url"]}"' in citing
+    assert " and ".join(f"{each['family-names']}, {each['given-names']}" for each in paper["authors"]) in citing
+    assert f"{paper['collection-title']}" in citing
+    assert f'version = "{cited["version"]}"' in citing
+    assert f'license = "{cited["license"]}"' in citing

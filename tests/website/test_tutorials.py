@@ -37,11 +37,30 @@ def test_play_an_agent(tmp_path: Path) -> None:
     assert len(list((tmp_path / "arramon-results").glob("*.receipt.json"))) == 3
 
 
+def _places(recording: Path) -> dict[tuple[str, int], int]:
+    """Return the number of different places that a recorded run was at in the street, by episode and turn."""
+    places: dict[tuple[str, int], set[tuple[float, float]]] = {}
+    for file in recording.glob("*/steps.jsonl"):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            step = json.loads(line)
+            if step["phase"] == "navigation":
+                x, z, _ = step["pose"]
+                places.setdefault((file.parent.name, step["turn"]), set()).add((x, z))
+    return {walk: len(its) for walk, its in places.items()}
+
+
 @pytest.mark.slow
 def test_write_an_agent(tmp_path: Path) -> None:
     printed = followed("write-an-agent", tmp_path)
     assert " begins, in en\n" in printed
     assert "my_agent on sample, hi, 2 episodes" in printed
+    blind, *seeing = [
+        _places(run) for name in ("first", "second") for run in (tmp_path / name).iterdir() if run.is_dir()
+    ]
+    assert len(seeing) == 2
+    for run in seeing:
+        assert run.keys() == blind.keys()
+        assert all(run[walk] > max(60, 2 * blind[walk]) for walk in run), (blind, run)
 
 
 @pytest.mark.slow

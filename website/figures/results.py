@@ -51,6 +51,19 @@ def rows(metric: str) -> list[dict[str, Any]]:
     return made
 
 
+def intervals(split: str) -> str:
+    """Return a table of the means of a split with their intervals, of the agents with several seeds."""
+    cells: dict[tuple[str, str], list[str]] = {}
+    for metric in METRICS:
+        for row in rows(metric):
+            if row["split"] == split and row["low"]:
+                low, high = (bound.removeprefix("0") for bound in (row["low"], row["high"]))
+                cells.setdefault((row["agent"], row["language"]), []).append(f"{row['score']} ({low} to {high})")
+    head = ("agent", "language", *METRICS)
+    lines = [head, ["---"] * len(head), *([f"`{agent}`", language, *its] for (agent, language), its in cells.items())]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
 def _half(spread: Mapping[str, str] | None, seeds: str, episodes: str) -> float | None:
     if spread is None:
         return None

@@ -9,7 +9,7 @@ from website.machine.schemas import schemas
 from website.page import Page
 from website.staging import DOCS
 
-PURPOSES = ("tutorials", "how-to", "reference", "explanation", "results")
+PURPOSES = ("tutorials", "how-to", "reference", "explanation", "results", "project")
 """Folders of pages, in the order of `llms.txt`."""
 
 

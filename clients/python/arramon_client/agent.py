@@ -67,7 +67,7 @@ class Observation:
         phase_step: steps taken in this phase so far; from 0.
         steps_left: steps left in this phase, including this one.
         rgb: (size, size, 3) uint8; None without the sensor "rgb". All arrays are read-only.
-        depth: (size, size) float32, metres along the viewing direction; 0 where nothing was hit, 65.535 at that
+        depth: (size, size) float32, units along the viewing direction; 0 where nothing was hit, 65.535 at that
             distance and beyond; None without "depth".
         pose: (x, z, heading in degrees clockwise from +z); in the room x and z are column and row; None without "pose".
         segmentation: (size, size) uint16, each pixel's index in `Episode.labels`; None without "segmentation".
