@@ -1,5 +1,7 @@
 """Planning of valid navigation instructions for one turn of a draft."""
 
+from dataclasses import replace
+
 from arramon_dataset.alignment.route_tokens import Tokens, tokens_of
 from arramon_dataset.generation.site import GenerationSite
 from arramon_dataset.instructions.gate.navigation import NavigationCheck, faults_of_navigation
@@ -8,7 +10,7 @@ from arramon_dataset.instructions.navigation.plan import plan_navigation
 from arramon_dataset.instructions.visible_landmarks import find_landmarks, poses_along
 from arramon_dataset.paraphrases.route_facts import facts_along
 from arramon_dataset.randomness import seeded
-from arramon_lang.meaning import Navigation
+from arramon_lang.meaning import Navigation, Walk
 from arramon_lang.writing.voice import Manner, draw_manner
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.geometry import Pose
@@ -68,4 +70,18 @@ class TurnPlanner:
             manner_of(names[:-2]),
             names[-1] == 1,
         )
-        return None if meaning is None or faults_of_navigation(meaning, self._world) else meaning
+        if meaning is None or faults_of_navigation(meaning, self._world):
+            return None
+        brief = _without_idle_walks(meaning)
+        return meaning if brief == meaning or faults_of_navigation(brief, self._world) else brief
+
+
+def _without_idle_walks(meaning: Navigation) -> Navigation:
+    """Return a meaning without walks straight ahead before another walk: "go forward, go past the bench"."""
+    steps = []
+    for step in meaning.steps:
+        if isinstance(step, Walk) and steps[-1:] == [Walk("ahead")]:
+            steps[-1] = replace(step, straight=False)
+        else:
+            steps.append(step)
+    return replace(meaning, steps=tuple(steps))

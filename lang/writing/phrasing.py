@@ -26,6 +26,9 @@ NOUN = "\0"
 FAVOURITE_PROBABILITY = 0.75
 """Probability that a voice writes its favourite form of a word."""
 
+FAVOURITE_AGAIN = 0.45
+"""The same once the text has it."""
+
 NEVER_NEW = ("street_end", "building_corner", "street", "alley", "you")
 """Kinds never introduced like a thing not mentioned before ("until you see a bench")."""
 
@@ -57,7 +60,13 @@ def constant(text: str) -> Filler:
 
 
 class Phraser:
-    """State of one text being written: random choices, register, and the things mentioned so far."""
+    """State of one text being written: random choices, register, and the things mentioned so far.
+
+    Attributes:
+        is_all_known: whether no thing is introduced as new ("a ball"): in the room, all are in view.
+    """
+
+    is_all_known = False
 
     def __init__(self, grammar: Grammar, random: Random, voice: Voice | None = None) -> None:
         self.grammar = grammar
@@ -132,9 +141,12 @@ class Phraser:
         """Draw one of the words of a name that have a form with these features, often the voice's favourite."""
         words = [word for word in self.grammar.words[name] if word.form(features) is not None]
         favourite = self.voice.favourites.get(name)
-        if favourite in words and favourite is not None and self.random.random() < FAVOURITE_PROBABILITY:
+        about = f"{name!r} as {', '.join(features.values())}"
+        share = FAVOURITE_AGAIN if (about, favourite) in self._used else FAVOURITE_PROBABILITY
+        if favourite in words and favourite is not None and self.random.random() < share:
+            self._used.add((about, favourite))
             return favourite
-        return self.pick(words, f"{name!r} as {', '.join(features.values())}")
+        return self.pick(words, about)
 
     def _option(self, choice: Alternatives, content: Iterable[str]) -> Sequence:
         """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
@@ -234,7 +246,11 @@ class Phraser:
             for slot, value in content.items()
             if isinstance(value, Thing)
             and (
-                value.which or value.where or value.kind in NEVER_NEW or any(map(value.is_same, self.mentioned_things))
+                self.is_all_known
+                or value.which
+                or value.where
+                or value.kind in NEVER_NEW
+                or any(map(value.is_same, self.mentioned_things))
             )
         }
         introduced = self.grammar.introduced_slots

@@ -58,7 +58,7 @@ _TURN_JOINED_PROBABILITY = 0.6
 _OPENING_PROBABILITIES = {"first": 0.01, "later": 0.07, "last": 0.08}
 """Probability of opening words ("Then"), by the sentence's place in the text."""
 
-NOT_REACHED = ("face", "face towards", "walk towards", "walk past towards")
+NOT_REACHED = ("face", "turn face", "face towards", "walk towards", "walk past towards", "walk until")
 """Clauses that do not end at their thing, so that "there" cannot refer to it."""
 
 ONLY_FACED = ("face", "turn face")
@@ -178,6 +178,7 @@ class _Draft(Phraser):
     def _place(self, meaning: Assembly, *, joined: bool) -> str:
         """Return the placement clause; `joined` if it shares a sentence with turns."""
         thing, wheres = meaning.thing, meaning.where
+        self.is_all_known = True
         named = bool(thing.kind or thing.colour or thing.look)
         content: dict[str, Filler] = {}
         given: dict[str, str] = {}
@@ -214,7 +215,7 @@ class _Draft(Phraser):
         elif one.key == "walk past" and one.slots.keys() == other.slots.keys() == {"thing"} and things[0] != things[1]:
             plain = [thing for thing in things if isinstance(thing, Thing) and thing.kind not in PLACES]
             both = {"thing": one.slots["thing"], "other": other.slots["thing"]}
-            if other.key == "walk past" and len(plain) == 2 and not plain[0].is_same(plain[1]):
+            if other.key == "walk past" and len({thing.kind for thing in plain}) == 2:
                 pair = Clause(one.key, both, one.straight and other.straight)
             elif other.key in ("walk to", "walk towards") and other.straight:
                 pair, share = (

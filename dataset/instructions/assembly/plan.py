@@ -5,7 +5,7 @@ shows from the start tile are mentioned; the plan must hold with and without the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 
 from arramon_client.world import COLUMNS, ROWS
@@ -24,10 +24,10 @@ TRIES = 60
 MIN_LEAD = 1.5
 """Minimum ratio of the fits of the target's cell and of any other."""
 
-MAX_RELATIONS = 3
+MAX_RELATIONS = 2
 """Maximum number of relations in one instruction."""
 
-ONE_RELATION = 0.35
+ONE_RELATION = 0.5
 """Probability that plans with a single relation are tried first: most people give one."""
 
 TRIES_PER_RELATION = 15
@@ -36,7 +36,7 @@ TRIES_PER_RELATION = 15
 EXTRA_RELATION = 0.08
 """Probability of an unnecessary relation."""
 
-EXTRA_RELATION_ON_TOP = 0.06
+EXTRA_RELATION_ON_TOP = 0.0
 """The same if the target goes on top of another object."""
 
 EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.05, 0.2
@@ -134,9 +134,26 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
         is_enough, more = _is_unambiguous(Assembly(turns, thing, where), cell, namer), more / 2
     if not where or not _is_unambiguous(Assembly(turns, thing, where), cell, namer):
         return None
+    simple = _simplified(where)
+    if simple != where and _is_unambiguous(Assembly(turns, thing, simple), cell, namer):
+        where = simple
     # What is told from the reader's place comes last: "diagonal to the mug, on your left".
     where = tuple(sorted(where, key=lambda each: each.things[0].kind == "you"))
     return Assembly(turns, thing, where)
+
+
+def _simplified(where: tuple[Where, ...]) -> tuple[Where, ...]:
+    """Return two relations as the one that people give: "between", or that of a base told by its neighbour."""
+    if len(where) != 2 or any(each.exactly or len(each.things) > 1 for each in where):
+        return where
+    (one, other), things = where, tuple(thing for each in where for thing in each.things)
+    if any(thing.kind in ("you", "wall") for thing in things):
+        return where
+    if {one.relation, other.relation} in ({"left_of", "right_of"}, {"in_front_of", "behind"}):
+        return (Where("between", things),)
+    if one.relation == "on_top_of" and not any(thing.where for thing in things):
+        return (Where("on_top_of", (replace(things[0], where=(other,)),)),)
+    return where
 
 
 def _is_unambiguous(meaning: Assembly, cell: RoomPosition, namer: ObjectNamer) -> bool:

@@ -39,6 +39,9 @@ UNSUITED = ("intersection", "junction", "corner")
 UNPLACED = 0.82
 """Probability of omitting the location of a target with a unique appearance."""
 
+HUNG = ("awning", "shop_sign")
+"""Kinds of landmarks above the street: nothing is said to be behind them."""
+
 GROUP_SHARE = 0.15
 """Probability of a plural name for a group near the target."""
 
@@ -155,8 +158,8 @@ def _where(
         relation = "near"
     # People read "behind" as seen from where they stand when they read it: at the last turn, or on arrival.
     views = [*poses[-PLANNED_LAST_VIEWS:], _at_last_turn(poses)]
-    is_flat = landmark.label.kind == "zebra_crossing"
-    if is_flat or not all(_is_so_from(pose, relation, (x, z), landmark) for pose in views):
+    is_odd = landmark.label.kind == "zebra_crossing" or (relation == "behind" and landmark.label.kind in HUNG)
+    if is_odd or not all(_is_so_from(pose, relation, (x, z), landmark) for pose in views):
         relation = "near"
     group = next(groups_centred_on(landmark, every, landmarks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
