@@ -63,7 +63,7 @@ class Phraser:
     """State of one text being written: random choices, register, and the things mentioned so far.
 
     Attributes:
-        is_all_known: whether no thing is introduced as new ("a ball"): in the room, all are in view.
+        is_all_known: whether nothing is introduced as new ("near a ball"): in the room, all is in view.
     """
 
     is_all_known = False
@@ -246,7 +246,7 @@ class Phraser:
             for slot, value in content.items()
             if isinstance(value, Thing)
             and (
-                self.is_all_known
+                (self.is_all_known and slot == "thing")
                 or value.which
                 or value.where
                 or value.kind in NEVER_NEW

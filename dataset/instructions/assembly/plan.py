@@ -27,7 +27,7 @@ MIN_LEAD = 1.5
 MAX_RELATIONS = 2
 """Maximum number of relations in one instruction."""
 
-ONE_RELATION = 0.5
+ONE_RELATION = 0.35
 """Probability that plans with a single relation are tried first: most people give one."""
 
 TRIES_PER_RELATION = 15
@@ -39,13 +39,13 @@ EXTRA_RELATION = 0.08
 EXTRA_RELATION_ON_TOP = 0.0
 """The same if the target goes on top of another object."""
 
-EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.05, 0.2
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.2
 """Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
     "left_of": 30.0, "right_of": 22.0, "in_front_of": 7.0, "behind": 26.0, "between": 5.0, "near": 0.7,
-    "diagonal_to": 0.12, "against wall": 7.5, "near wall": 0.3, "in_front_of you": 11.0, "left_of you": 1.0,
+    "diagonal_to": 0.07, "against wall": 7.5, "near wall": 0.3, "in_front_of you": 11.0, "left_of you": 1.0,
     "right_of you": 1.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
