@@ -51,6 +51,9 @@ WEIGHTS = {
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
 that is not adjacent; "your side" is "on your left" for any cell there."""
 
+PLACED_LAST = {"wall": 1, "you": 2}
+"""Order of relations by the kind of their landmark: those to objects come first."""
+
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
 direction: beside the start tile, beyond 60 degrees, about 45, less. As measured in the release."""
@@ -137,8 +140,8 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
     simple = _simplified(where)
     if simple != where and _is_unambiguous(Assembly(turns, thing, simple), cell, namer):
         where = simple
-    # What is told from the reader's place comes last: "diagonal to the mug, on your left".
-    where = tuple(sorted(where, key=lambda each: each.things[0].kind == "you"))
+    # Walls come after objects, and what is told from the reader's place last: "diagonal to the mug, on your left".
+    where = tuple(sorted(where, key=lambda each: PLACED_LAST.get(each.things[0].kind, 0)))
     return Assembly(turns, thing, where)
 
 
