@@ -71,6 +71,7 @@ def plain(text: str, code: str) -> str:
     text = re.sub(r"\s+", " ", text).replace("एक और ", "और_एक ")
     for pattern, words in ENGLISH_SIDES if code == "hi" else ():
         text = re.sub(pattern, words, text)
+    text = re.sub(r"\bso that\b", "so", text)  # "So that the bench is ahead" refers to no bench mentioned before.
     return re.sub(STRIPED, WHITE[code], text)
 
 

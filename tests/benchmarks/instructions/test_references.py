@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from benchmarks.instructions.mentions import mentions
 from tests import tiny
 from tests.benchmarks.command import printed
 
@@ -14,3 +15,10 @@ def test_a_false_text_is_shown(tmp_path: Path) -> None:
     assert lines[0] == "  0 en: Go on to the striped red mug. (there are no such things)"
     assert lines[1].startswith("val_seen section 1 en: 2 texts, 2 things, 1 texts false;")
     assert len(lines) == 2
+
+
+def test_so_that_refers_to_nothing_mentioned_before() -> None:
+    (bench,) = mentions("Turn so that the bench is in front of you.", "en")
+    assert bench.marker == ""
+    (bench,) = mentions("Go past that bench.", "en")
+    assert bench.marker == "same"
