@@ -80,7 +80,7 @@ def _without_idle_walks(meaning: Navigation) -> Navigation:
     """Return a meaning without walks straight ahead before another walk: "go forward, go past the bench"."""
     steps = []
     for step in meaning.steps:
-        if isinstance(step, Walk) and steps[-1:] == [Walk("ahead")]:
+        if isinstance(step, Walk) and step.way not in ("beside", "until") and steps[-1:] == [Walk("ahead")]:
             steps[-1] = replace(step, straight=False)
         else:
             steps.append(step)

@@ -44,15 +44,15 @@ EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.2
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 30.0, "right_of": 22.0, "in_front_of": 7.0, "behind": 26.0, "between": 5.0, "near": 0.7,
-    "diagonal_to": 0.07, "against wall": 9.5, "near wall": 0.3, "in_front_of you": 11.0, "left_of you": 1.0,
+    "left_of": 30.0, "right_of": 22.0, "in_front_of": 5.0, "behind": 26.0, "between": 5.0, "near": 0.7,
+    "diagonal_to": 0.03, "against wall": 9.5, "near wall": 0.3, "in_front_of you": 8.0, "left_of you": 1.0,
     "right_of you": 1.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
 that is not adjacent; "your side" is "on your left" for any cell there."""
 
-PLACED_LAST = {"wall": 1, "you": 2}
-"""Order of relations by the kind of their landmark: those to objects come first."""
+TOLD_AS = {"wall": -1, "you": 1}
+"""Order of relations by the kind of their landmark; those to objects are 0."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
@@ -140,8 +140,8 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
     simple = _simplified(where)
     if simple != where and _is_unambiguous(Assembly(turns, thing, simple), cell, namer):
         where = simple
-    # Walls come after objects, and what is told from the reader's place last: "diagonal to the mug, on your left".
-    where = tuple(sorted(where, key=lambda each: PLACED_LAST.get(each.things[0].kind, 0)))
+    # Walls come first, and what is told from the reader's place last: "diagonally across from the mug, on your left".
+    where = tuple(sorted(where, key=lambda each: TOLD_AS.get(each.things[0].kind, 0)))
     return Assembly(turns, thing, where)
 
 
