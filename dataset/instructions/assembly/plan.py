@@ -44,7 +44,7 @@ EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.2
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 30.0, "right_of": 22.0, "in_front_of": 5.0, "behind": 26.0, "between": 5.0, "near": 0.7,
+    "left_of": 30.0, "right_of": 22.0, "in_front_of": 5.0, "behind": 26.0, "between": 3.0, "near": 0.7,
     "diagonal_to": 0.03, "against wall": 9.5, "near wall": 0.3, "in_front_of you": 8.0, "left_of you": 1.0,
     "right_of you": 1.0, "far": 0.6, "your side": 0.6,
 }  # fmt: skip
