@@ -11,10 +11,10 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "eca25cdc27fa54b2b5826573369c254db63d928cd7c916d4a28f0fa7c4506fab",
-    "digest": "39ab336e561cf2b46468aa088bfd4890aba5d524dc02bee030fab348cb3c3165",
-    "places": "8bbcb8d645b7fcdf7507bca44d60ac3d76789bab4d5fba404fa91b9deb13994c",
-    "scores": "abbb24e5cb9e4ac4ff3f594bed4b323316cd3a36e6773c0bf8dc949586845f60",
+    "data": "58e70663ee15d92c3a5553d3d4373aa7ee884aa76c3830dadd4cd9f60b2ee7a2",
+    "digest": "21b1af369b4fe1b37f007f474a26f566581e258bb15d010dbbe775e71e214d80",
+    "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
+    "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
 }
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
