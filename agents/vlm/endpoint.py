@@ -13,7 +13,7 @@ import openai
 
 from arramon.strict_json import NotJsonError, read_json
 from arramon_agents.vlm.replies import OVERSIZE, Reply, reply_of
-from arramon_agents.vlm.settings import ModelSettings
+from arramon_agents.vlm.settings import NO_KEY, ModelSettings
 from arramon_agents.vlm.usage import Tokens, tokens_of
 from arramon_client.errors import AgentError, StopRun
 
@@ -192,8 +192,11 @@ class Endpoint:
         words = f"the endpoint {self._settings.endpoint} answered {status}" + (f": {said}" if said else "")
         if status == 400 and code in ("content_filter", "content_policy_violation"):
             return Reply("", finish="content_filter", refused=True), Tokens(0, 0), ""
-        if status in (401, 403):
-            words += f". The key in {self._settings.key_variable} is not valid, or has expired or no access"
+        variable = self._settings.key_variable
+        if status in (401, 403) and self._key == NO_KEY:
+            words += f". No key was sent, as {variable} is not set: put the endpoint's key into it"
+        elif status in (401, 403):
+            words += f". The key in {variable} is not valid, or has expired or no access"
         elif status == 404:
             model = self._settings.model
             words += f". There is no model {model!r}, or the endpoint's path is wrong (often it ends in /v1)"

@@ -13,6 +13,9 @@ from arramon_client.errors import AgentLoadError
 
 DEFAULT_ENDPOINT = "https://api.openai.com/v1"
 
+NO_KEY = "none"
+"""Sent in place of a key to an endpoint of one's own, if there is none."""
+
 CHOICES = {
     "answers": ("schema", "object", "plain", "tools"),
     "image_format": ("png", "jpeg"),
@@ -110,7 +113,7 @@ def read_settings(given: Mapping[str, object]) -> ModelSettings:
 
 
 def read_key(settings: ModelSettings) -> str:
-    """Return the key from the environment; "none" for an endpoint of one's own that needs none.
+    """Return the key from the environment; NO_KEY for an endpoint of one's own that needs none.
 
     Raises:
         AgentLoadError: if the variable is named or the endpoint is OpenAI's, and the variable is not set, or its value
@@ -124,7 +127,7 @@ def read_key(settings: ModelSettings) -> str:
                 f"agents.vlm: no key in the environment variable {name}: set it (export {name}=...), or name another "
                 "with --agent-arg key_variable=NAME; a key is never an argument, as arguments are public with the run"
             )
-        return "none"
+        return NO_KEY
     if not (key.isascii() and key.isprintable()) or " " in key:
         raise AgentLoadError(f"agents.vlm: {name} does not hold a key: expected one word of ASCII characters")
     return key

@@ -216,4 +216,5 @@ class ModelUsage:
     def _stop(self, limit: str, used: str) -> StopRun:
         waiting = f" and waits for {self._open} more" if self._open else ""
         advice = "resume it with a higher limit to go on"
-        return StopRun(f"the run has used {used}{waiting}, and the next call could exceed {limit}: {advice}")
+        words = f"the run has used {used}{waiting}, and the next call could exceed {limit}: {advice}"
+        return StopRun(words, limit.partition("=")[0])

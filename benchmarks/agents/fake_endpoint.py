@@ -35,6 +35,9 @@ IMAGE_TOKENS = 85
 ACTIONS = ("forward", "left", "right", "interact")
 """Names of the actions, by number."""
 
+PATH = "/v1/chat/completions"
+"""The only path that is answered, as with a real server."""
+
 Request = Mapping[str, Any]
 
 
@@ -278,7 +281,10 @@ def _handler_of(endpoint: FakeEndpoint) -> type[BaseHTTPRequestHandler]:
         def do_POST(self) -> None:
             """Answer a request."""
             body = self.rfile.read(int(self.headers["Content-Length"]))
-            response = endpoint.answer(body, self.headers.get("Authorization", ""))
+            if self.path == PATH:
+                response = endpoint.answer(body, self.headers.get("Authorization", ""))
+            else:
+                response = error(404, f"there is nothing at {self.path}, only at {PATH}")
             if response.closes:
                 self.close_connection = True
                 with suppress(OSError):

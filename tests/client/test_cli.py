@@ -419,6 +419,15 @@ def test_resume_command_keeps_the_arguments_and_names_the_run(argv: list[str], c
     assert resume_command(argv, "r") == command
 
 
+@pytest.mark.parametrize(("argv", "kept"), [
+    (["--agent-arg", "max_calls=20"], "--agent-arg max_calls=HIGHER"),
+    (["--agent-arg=max_calls=20"], "--agent-arg=max_calls=HIGHER"),
+    (["--agent-arg", "max_cost=2", "--agent-arg", "x=max_calls=3"], "--agent-arg max_cost=2 --agent-arg x=max_calls=3"),
+])  # fmt: skip
+def test_resume_command_asks_for_a_higher_limit(argv: list[str], kept: str) -> None:
+    assert resume_command(argv, "r", "max_calls") == f"arramon-client {kept} --resume r"
+
+
 @pytest.mark.usefixtures("interruptible")
 def test_the_module_runs_as_a_program_and_handles_a_real_interrupt(world: World, address: str, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(

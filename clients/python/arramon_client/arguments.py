@@ -197,12 +197,17 @@ def _check_server(made: argparse.ArgumentParser, arguments: argparse.Namespace) 
             made.error(f"--{option.replace('_', '-')} requires --server: the embedded server does not use it")
 
 
-def resume_command(argv: Sequence[str], run_id: str) -> str:
+HIGHER = "HIGHER"
+"""Printed in place of a limit that was reached: as it was, it would stop the run at once; without it, nothing would."""
+
+
+def resume_command(argv: Sequence[str], run_id: str, limit: str = "") -> str:
     """Return the command line that resumes a run, without the token, to be printed.
 
     Args:
         argv: the arguments that started the run, as typed.
         run_id: the run's id, or several, separated by commas.
+        limit: the agent's argument that held a limit that was reached; empty if none was.
     """
     kept = []
     skip = False
@@ -212,7 +217,9 @@ def resume_command(argv: Sequence[str], run_id: str) -> str:
         elif argument in ("--resume", "--token"):
             skip = True
         else:
-            kept.append(argument)
+            option, found, _ = argument.rpartition(f"{limit}=") if limit else ("", "", "")
+            reached = found and option in ("", "--agent-arg=")
+            kept.append(f"{option}{limit}={HIGHER}" if reached else argument)
     return shlex.join(["arramon-client", *kept, "--resume", run_id])
 
 

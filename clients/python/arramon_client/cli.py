@@ -77,7 +77,7 @@ def _play(argv: Sequence[str]) -> int:
         return status_of(stop)
     except StopRun as stop:
         command.say(f"the agent stopped the run: {stop or 'no reason was given'}")
-        command.hint()
+        command.hint(stop.limit)
         return AGENT_STOPPED
     except ArramonClientError as error:
         command.say(f"error: {error}")

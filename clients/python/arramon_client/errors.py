@@ -127,7 +127,14 @@ class StopRun(ArramonClientError):
     """Raised by an agent's `act` to stop its run in order, for example because a limit of calls or cost is reached.
 
     Nothing is given up, and the run can be resumed.
+
+    Attributes:
+        limit: the agent's argument that holds the limit that was reached, such as "max_calls"; empty if none was.
     """
+
+    def __init__(self, message: str = "", limit: str = "") -> None:
+        super().__init__(message)
+        self.limit = limit
 
 
 class AgentError(ArramonClientError):

@@ -268,3 +268,28 @@ def test_requests(made: MakeAgent, fake: FakeEndpoint) -> None:
     called = asyncio.run(play(answers="tools"))
     assert called["tool_choice"] == {"type": "function", "function": {"name": "act"}}
     assert json.dumps(called).count('"additionalProperties": false') == 1
+
+
+def test_a_refusal_without_a_key_asks_for_one(
+    made: MakeAgent, fake: FakeEndpoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OPENAI_API_KEY")
+    fake.behaviour = status(401, "who are you?")
+
+    async def play() -> None:
+        async with helpers.playing(made()) as agent:
+            await helpers.action_of(agent, helpers.seen(0))
+
+    with pytest.raises(StopRun, match=r"401: who are you\?\. No key was sent, as OPENAI_API_KEY is not set") as caught:
+        asyncio.run(play())
+    assert "not valid" not in str(caught.value)
+
+
+def test_the_stand_in_answers_at_its_path_alone(made: MakeAgent, fake: FakeEndpoint) -> None:
+    async def play() -> None:
+        async with helpers.playing(made(endpoint=fake.url.removesuffix("/v1"))) as agent:
+            await helpers.action_of(agent, helpers.seen(0))
+
+    with pytest.raises(StopRun, match=r"404: there is nothing at /chat/completions.*often it ends in /v1"):
+        asyncio.run(play())
+    assert fake.requests == []

@@ -106,6 +106,7 @@ def test_limits(limits: dict[str, Any], calls: int, message: str) -> None:
     with pytest.raises(StopRun) as caught:
         used.reserve()
     assert message in str(caught.value)
+    assert [caught.value.limit] == list(limits)
 
 
 def test_open_calls_count_as_large_as_the_largest() -> None:

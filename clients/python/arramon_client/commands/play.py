@@ -66,11 +66,15 @@ class PlayCommand:
         folder: Path = self.options.output
         return folder / dry_run.FOLDER if self.options.dry_run else folder
 
-    def hint(self) -> None:
-        """Print the command that resumes the unfinished runs, if there are any."""
+    def hint(self, limit: str = "") -> None:
+        """Print the command that resumes the unfinished runs, if there are any.
+
+        Args:
+            limit: the agent's argument that held the limit that was reached; empty if none was.
+        """
         if self.begun and len(self.finished) < self.expected and not self.options.dry_run:
             kept = "the run is saved" if self.expected == 1 else "the runs are saved"
-            command = arguments.resume_command(self.argv, ",".join(self.begun))
+            command = arguments.resume_command(self.argv, ",".join(self.begun), limit)
             self.say(f"{kept}; resume {'it' if self.expected == 1 else 'them'} with\n  {command}")
 
     def run(self) -> int:
