@@ -149,6 +149,7 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
         from arramon_server.web.pages import Pages
         from arramon_server.web.play.play_page import PlayPage
         from arramon_server.web.rendering import Renderer
+        from arramon_server.web.server_options import ServerOptions
         from arramon_server.web.watch.sign_in import SignIn
         from arramon_server.web.watch.viewers import Viewers
         from arramon_server.web.web_parts import WebContext, WebPart, open_parts
@@ -175,6 +176,7 @@ def create_parts(config: Config, splits: Mapping[str, Split], database: Database
             parts=web_parts,
             viewers=viewers,
             camera=camera,
+            server=ServerOptions.of(config, address, viewers),
         )
         return HttpServer(config, lambda: readiness.problem, metrics.text, pages).open()
 

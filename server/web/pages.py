@@ -30,6 +30,7 @@ from arramon_server.web.play.people_page import PeoplePage
 from arramon_server.web.play.play_page import PICTURES, SOCKET, PlayPage
 from arramon_server.web.rendering import Renderer
 from arramon_server.web.run_page import RunPage
+from arramon_server.web.server_options import ServerOptions
 from arramon_server.web.standings_page import StandingsPage
 from arramon_server.web.standings_query import read_query
 from arramon_server.web.watch.sign_in import check_same_origin, keep_pass
@@ -73,6 +74,7 @@ class Pages:
         parts: opens the parts that installed packages add.
         viewers: derives who asks for pages of runs that are not published.
         camera: camera of the server's runs.
+        server: options with which clients reach the server.
     """
 
     def __init__(
@@ -88,8 +90,10 @@ class Pages:
         parts: Callable[[Renderer], Sequence[WebPart]] = lambda _: (),
         viewers: Viewers = NOBODY,
         camera: str = CAMERAS[0],
+        server: ServerOptions | None = None,
     ) -> None:
         self._board = board
+        self._server = server if server is not None else ServerOptions(viewers=viewers)
         self._epochs = epochs
         self._receipts = receipts
         self._renderer = Renderer(host, offers_play=play is not None)
@@ -186,7 +190,7 @@ class Pages:
             texts = _texts(request)
             defaults = self._standings.defaults(texts.language)
             choice = read_query(request.query, self._board.languages(), defaults)
-            context = self._standings.context(texts, choice, defaults)
+            context = self._standings.context(texts, choice, defaults, self._server.text(request))
             return self._page(request, "standings.html", texts, context)
 
         return await self._run_in(self._page_thread, make)

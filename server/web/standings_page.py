@@ -27,8 +27,8 @@ REFERENCE_LANGUAGE = "en"
 """Language of the instructions with which the paper's scores were measured."""
 
 COMMANDS = """\
-arramon-client --agent agents.random_walk --split {split} --lang {language} --server host.example:50551
-arramon-client publish RUN --server host.example:50551
+arramon-client --agent agents.random_walk --split {split} --lang {language} {server}
+arramon-client publish RUN {server}
 """
 
 
@@ -70,8 +70,14 @@ class StandingsPage:
         listed = (choice for choice in choices if self._board.has_entries(choice.split, choice.language))
         return next(listed, choices[0] if choices else StandingsQuery("", language))
 
-    def context(self, t: PageTexts, choice: StandingsQuery, defaults: StandingsQuery) -> dict[str, Any]:
+    def context(self, t: PageTexts, choice: StandingsQuery, defaults: StandingsQuery, server: str) -> dict[str, Any]:
         """Return the variables of the template.
+
+        Args:
+            t: texts of the page's language.
+            choice: the list that the reader requested.
+            defaults: the default list for the reader.
+            server: options with which the reader's client reaches the server.
 
         Raises:
             NotFound: if the table has no page of that number.
@@ -103,7 +109,8 @@ class StandingsPage:
             "closes": closing_sentence(t, self._board.closing, choice.split),
             "frozen": listing.frozen,
             "corrections": [correction_sentence(t, correction) for correction in listing.corrections],
-            "commands": COMMANDS.format(split=choice.split, language=language),
+            "commands": COMMANDS.format(split=choice.split, language=language, server=server),
+            "elsewhere": [] if ranked else self._elsewhere(t, choice),
             "everything": choice.link(sensors="all", coverage="all"),
             "files": choice.link(turns="total", sensors="all", coverage="all", order=first_order(choice.sort)),
             "all_marks": [*(mark.value for mark in Mark), "cancelled", "reference"],
@@ -117,6 +124,17 @@ class StandingsPage:
             "by_gap": choice.sort == GAP,
             **self._choices(t),
         }
+
+    def _elsewhere(self, t: PageTexts, choice: StandingsQuery) -> list[tuple[str, str, str]]:
+        """Return link, name and number of published runs of the split's other languages that have any."""
+        found = []
+        for language in self._board.languages()[choice.split]:
+            if language != choice.language and self._board.has_entries(choice.split, language):
+                standings = self._board.listing(choice.split, language, choice.metric).standings
+                runs = sum(len(one.entries) for one in standings)
+                link = choice.link(language=language, sensors="all", coverage="all")
+                found.append((link, t.named("languages", language), t.whole(runs)))
+        return found
 
     def _choices(self, t: PageTexts) -> dict[str, list[tuple[str, str]]]:
         languages = self._board.languages()

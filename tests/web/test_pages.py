@@ -1,6 +1,7 @@
 """The pages over HTTP: content, languages, headers, and secrecy of hidden splits."""
 
 import csv
+import html
 import io
 import itertools
 import json
@@ -353,6 +354,23 @@ def test_an_empty_board_says_how_to_publish_a_run(web: LeaderboardSite) -> None:
     page = Page(text)
     assert [level for level, _ in page.headings] == [1]  # no table: nothing to download, nothing to read
     assert not [link for link in page.addresses() if link.startswith("/standings")]
+
+
+@pytest.mark.parametrize(("page", "said"), [
+    ("/en/?split=tiny&language=en", "Published runs on this split in other languages:"),
+    ("/hi/?split=tiny&language=en", "इस विभाजन पर दूसरी भाषाओं के प्रकाशित रन:"),
+])  # fmt: skip
+def test_a_list_without_runs_links_to_the_languages_that_have_some(web: LeaderboardSite, page: str, said: str) -> None:
+    assert said not in web.site.get(page).text
+    web.published(1, 0.5, "a", language="hi", participant="ann")
+    web.published(2, 0.5, "b", language="hi", participant="bob")
+    text = web.site.get(page).text
+    assert said in text
+    ((link, number),) = re.findall(r'<a href="([^"]+)">[^<]+ \((\d)\)</a>', text)
+    assert number == "2"
+    other = web.site.get(page.partition("?")[0] + html.unescape(link)).text
+    assert re.findall(r"<bdi>([ab])</bdi></a>", other) == ["a", "b"]
+    assert said not in other
 
 
 def test_long_standings_are_split_into_pages(web: LeaderboardSite, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,7 +41,19 @@ class Viewers:
         signed_in = self.sign_in.caller(request) if self.sign_in is not None else None
         if signed_in is not None:
             return signed_in
-        if self._own_machine and self._anonymous is not False and is_local(request):
+        return self._without_token(request)
+
+    def needs_token(self, request: web.BaseRequest) -> bool:
+        """Return whether the caller of a request needs a token to play; a pass of who has signed in is none."""
+        return not self._without_token(request).may_play
+
+    @property
+    def lists_on_own_machine(self) -> bool:
+        """Whether callers on this machine see the runs without account."""
+        return self._own_machine and self._anonymous is not False
+
+    def _without_token(self, request: web.BaseRequest) -> Caller:
+        if self.lists_on_own_machine and is_local(request):
             return ANONYMOUS
         return UNAUTHENTICATED if self._anonymous else READER
 

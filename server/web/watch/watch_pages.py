@@ -260,6 +260,7 @@ class WatchPages:
                 "may_list": caller.may_list,
                 "account": shown(caller.account or ""),
                 "may_sign_in": self.can_sign_in,
+                "after_sign_in": self.can_sign_in and not self._viewers.lists_on_own_machine,
                 "problem": "",
                 "rows": [
                     (

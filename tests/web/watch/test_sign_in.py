@@ -75,6 +75,14 @@ tokens: dict[str, str] = {}
 """The token of each participant."""
 
 
+def test_a_server_for_accounts_says_that_runs_are_listed_after_sign_in(owned: LeaderboardSite) -> None:
+    with signing(owned) as site:
+        headers = signed_in(site, tokens["ann"])
+        for page, said in (("/en/watch", "listed after you sign in"), ("/hi/watch", "साइन इन करने के बाद यहाँ दिखते हैं")):
+            assert said in site.get(page).text
+            assert said not in site.get(page, headers).text
+
+
 @pytest.mark.parametrize(("name", "status"), [("ann", 200), ("chair", 200), ("bob", 404)])
 def test_own_runs_can_be_watched_and_those_of_others_cannot(owned: LeaderboardSite, name: str, status: int) -> None:
     with signing(owned) as site:
