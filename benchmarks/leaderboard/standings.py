@@ -41,6 +41,9 @@ from benchmarks.common import data_or_sample, parser_of, positive_int
 
 CLOCKS, STEPS = ClockSettings(60.0, 86_400.0), 150
 
+SERVER = "--server host.example:50551"
+"""Options of the client in the commands of a list without runs."""
+
 
 def main() -> None:
     """Publish the runs, and print the measurements."""
@@ -88,7 +91,7 @@ def _measure(database: Database, split: Split, number: int) -> None:
     pages, comparisons, renderer = StandingsPage(board, splits, epochs), ComparisonPage(board), Renderer()
     for code, texts in all_texts().items():
         choice = StandingsQuery(split.name, "en")
-        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
+        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code), SERVER))
         against = comparisons.context(texts, lines[0].entries[0].run.run_id, {})
         _sized(f"{code} standings", page)
         _sized(f"{code} against", renderer.page("against.html", texts, "/", against))
@@ -97,7 +100,7 @@ def _measure(database: Database, split: Split, number: int) -> None:
     _timed("first look, two languages", lambda: board.listing(split.name, BOTH))
     for code, texts in all_texts().items():
         choice = StandingsQuery(split.name, BOTH)
-        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code)))
+        page = renderer.page("standings.html", texts, "/", pages.context(texts, choice, pages.defaults(code), SERVER))
         _sized(f"{code} standings, two languages", page)
 
 
