@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "58e70663ee15d92c3a5553d3d4373aa7ee884aa76c3830dadd4cd9f60b2ee7a2",
-    "digest": "21b1af369b4fe1b37f007f474a26f566581e258bb15d010dbbe775e71e214d80",
+    "data": "c0de56544f8365f2e2f745c64846d7e316a88047b29899f9ccd49543d5a6599d",
+    "digest": "bbbfb212cce471a3a87becd32971cb920123ece45b5fa2db56038a4cdb33a561",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
