@@ -10,6 +10,7 @@ from arramon_server.episodes.splits import Split
 from arramon_server.errors import Conflict, NotFound, Unavailable, quoted
 from arramon_server.runs.accounts.callers import Caller
 from arramon_server.runs.run_service import RunService
+from arramon_server.runs.storage.causes import FORFEITED
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import Run
 from arramon_server.scoring.aggregate import ROWS
@@ -85,9 +86,12 @@ class PlayedScores:
         objects = [
             (turn.target.type, room.carried) for turn, room in zip(played.episode.turns, played.room_maps, strict=True)
         ]
+        gave_up = [ending.cause == FORFEITED and not room.forced for room in played.room_maps]
         verdicts = [
-            turn_verdict(scores, target, carried, forced=track.forced)
-            for scores, (target, carried), track in zip(ending.scores, objects, played.tracks, strict=True)
+            turn_verdict(scores, target, carried, forced=track.forced, gave_up=gave)
+            for scores, (target, carried), track, gave in zip(
+                ending.scores, objects, played.tracks, gave_up, strict=True
+            )
         ]
         placed = [verdict.is_right for verdict in verdicts]
         context = {

@@ -35,6 +35,8 @@ class Put(StrEnum):
     ELSEWHERE = "put_elsewhere"
     NOTHING = "put_nothing"
     """Nothing was placed, or a limit placed it."""
+    GIVEN_UP = "put_given_up"
+    """The person gave the episode up before placing it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,9 @@ class TurnVerdict:
     is_right: bool
 
 
-def turn_verdict(scores: Scores, target: ObjectType, carried: ObjectType | None, *, forced: bool) -> TurnVerdict:
+def turn_verdict(
+    scores: Scores, target: ObjectType, carried: ObjectType | None, *, forced: bool, gave_up: bool = False
+) -> TurnVerdict:
     """Return what came of a turn.
 
     Args:
@@ -60,8 +64,9 @@ def turn_verdict(scores: Scores, target: ObjectType, carried: ObjectType | None,
         target: type of its target.
         carried: type of the object that was carried into the room; None for none.
         forced: whether a limit picked it up.
+        gave_up: whether the person gave the episode up, and no limit placed the object before.
     """
-    picked, put = _picked(scores, target, carried, forced=forced), _put(scores)
+    picked, put = _picked(scores, target, carried, forced=forced), _put(scores, gave_up=gave_up)
     return TurnVerdict(picked, put, failure_of(scores) == NOTHING)
 
 
@@ -77,9 +82,9 @@ def _picked(scores: Scores, target: ObjectType, carried: ObjectType | None, *, f
     return Picked.LOOK_ALIKE if carried == target else Picked.OTHER
 
 
-def _put(scores: Scores) -> Put:
+def _put(scores: Scores, *, gave_up: bool) -> Put:
     if scores["PTC"]:
         return Put.RIGHT
     if not scores["rPOD"]:
-        return Put.NOTHING
+        return Put.GIVEN_UP if gave_up else Put.NOTHING
     return Put.ONE_OFF if scores["rPOD"] == rpod(1) else Put.ELSEWHERE

@@ -49,3 +49,11 @@ def test_verdicts(
 ) -> None:
     verdict = turn_verdict(score_turn(turn), MUG, carried, forced=forced)
     assert (verdict.picked, verdict.put, verdict.is_right) == (picked, put, is_right)
+
+
+@pytest.mark.parametrize(
+    ("turn", "put"),
+    [(record(cell=None), Put.GIVEN_UP), (record(), Put.RIGHT), (record(cell=(4, 1, 2)), Put.ELSEWHERE)],
+)
+def test_who_gave_up_was_not_too_late(turn: TurnRecord, put: Put) -> None:
+    assert turn_verdict(score_turn(turn), MUG, MUG, forced=False, gave_up=True).put is put
