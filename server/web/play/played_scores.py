@@ -28,7 +28,7 @@ MAX_WAITING = 32
 
 
 Shown: TypeAlias = tuple[str, list[bool]]
-"""HTML, and for each turn of an episode whether the object was placed right."""
+"""HTML, and for each turn of the episode, or of all episodes that are shown, whether it is right."""
 
 
 class PlayedScores:
@@ -58,7 +58,7 @@ class PlayedScores:
     async def html(self, caller: Caller, run: Run, episode_id: str, t: PageTexts) -> Shown:
         """Return the scores of an episode that has ended, or of the ended run if `episode_id` is empty, as HTML.
 
-        Also return for each turn of an episode whether the object was placed right; empty for a run.
+        Also return for each turn whether it is right; for a run, those of all episodes that its report shows.
 
         Raises:
             NotFound: if the run has no such episode that has ended.
@@ -125,4 +125,6 @@ class PlayedScores:
             ],
             "is_watchable": run.account is None,  # People with a token would first have to sign in there.
         }
-        return self._renderer.page("play_totals.html", t, "", context).decode(), []
+        return self._renderer.page("play_totals.html", t, "", context).decode(), [
+            failure_of(turn) == NOTHING for ending in report.endings for turn in ending.scores
+        ]

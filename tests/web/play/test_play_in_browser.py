@@ -93,6 +93,7 @@ def test_a_whole_episode_by_keys(
         expect(page.locator("#result .verdicts .right")).to_have_count(2)
         assert page.evaluate(NAMES) == [2, 0]
         expect(page.locator("#begin")).to_be_visible()
+        expect(page.locator("#status.good")).to_be_visible()
         page.click("#publish button")
         page.click("#status a")
         expect(page.locator("main")).to_contain_text("human")
@@ -113,8 +114,29 @@ def test_the_tutorial_ends_with_the_placement_test(browser: Browser, server: Pag
             expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0")
             press(page, tuple(actions[:-1]))
             page.keyboard.press("Space")
-        expect(page.locator("#status")).to_contain_text("Placement test passed")
+        expect(page.locator("#status.good")).to_contain_text("Placement test passed")
         expect(page.locator("#start")).to_be_visible()
+        expect(page.locator("#practise-again")).to_be_hidden()
+
+
+def test_a_placement_test_that_was_given_up_can_be_taken_again(browser: Browser, server: PageServer) -> None:
+    with window(browser, server) as page:
+        page.goto(f"{server.site}/en/play")
+        page.on("dialog", lambda dialog: dialog.accept())
+        page.click("#practice button")
+        first, second, last = practice_split().episodes.values()
+        for episode in (first, second):
+            expect(page.locator("html")).to_have_attribute("data-drawn", f"{episode.episode_id} 0")
+            page.click("#give-up")
+            page.click("#next button")
+        expect(page.locator("html")).to_have_attribute("data-drawn", f"{last.episode_id} 0")
+        press(page, last.turns[0].actions)  # picks up, and does not place
+        page.click("#give-up")
+        expect(page.locator("#status")).to_contain_text("Placement test not passed")
+        expect(page.locator("#status.good")).to_have_count(0)
+        expect(page.locator("#result .verdicts li").first).to_contain_text("You gave up before you put it down.")
+        page.click("#practise-again")
+        expect(page.locator("html")).to_have_attribute("data-drawn", f"{first.episode_id} 0")
 
 
 def test_a_reload_in_the_tutorial_loses_nothing(browser: Browser, server: PageServer) -> None:
@@ -173,7 +195,10 @@ def test_every_outcome_is_said(browser: Browser, server: PageServer) -> None:
         expect(page.locator("#outcome")).to_contain_text("You can step only while you face a wall straight")
         press(page, (tiny.P,), first=8)
         expect(page.locator("#outcome")).to_contain_text("You can place only while you face a wall straight")
-        expect(page.locator("#steps")).to_have_text("17")
+        press(page, (tiny.P,), first=9)
+        for place in ("#outcome", "#flash"):
+            expect(page.locator(place)).to_have_text(re.compile(r"The try cost a step\. \(2\)$"))
+        expect(page.locator("#steps")).to_have_text("16")
         expect(page.locator("#heading")).to_have_text("330° from the start of this part")
 
 

@@ -118,8 +118,9 @@ function take(message) {
       element("onward").hidden = element("begin").hidden;
       if (practice === null && !element("next").hidden) view.status(lastDropped); // the result says how the episode ended, too
       if (practice === null && lastPractised && message.episode === lastPractised) {
-        view.status(message.placed.every(Boolean) ? texts.practice_passed : texts.practice_failed);
-      } else if (practice !== null) view.lessonEnded(message.placed.every(Boolean), current.ended, current.episodes);
+        view.testEnded(message.placed.every(Boolean));
+      } else if (!message.episode && message.placed.length && message.placed.every(Boolean)) view.praise();
+      else if (practice !== null) view.lessonEnded(message.placed.every(Boolean), current.ended, current.episodes);
       break;
     case "published":
       element("publish").hidden = true;
@@ -216,7 +217,7 @@ function showGame(plays) {
   element("practice").firstElementChild.hidden = isKnown;
   element("practice").classList.toggle("notice", !isKnown);
   element("practice").querySelector("button").classList.toggle("quiet", isKnown);
-  for (const id of ["again", "publish", "next", "leave", "onward"]) element(id).hidden = true;
+  for (const id of ["again", "publish", "next", "leave", "onward", "practise-again"]) element(id).hidden = true;
   if (!plays) { form.prepare(); window.scrollTo(0, 0); }
   document.body.classList.toggle("playing", plays);
   if (!plays) return;
@@ -274,7 +275,7 @@ element("swipes").querySelector("input").addEventListener("change", (event) => {
   useSwipes();
 });
 
-element("practice").querySelector("button").addEventListener("click", () => begin(""));
+for (const button of document.querySelectorAll("#practice button, #practise-again")) button.addEventListener("click", () => begin(""));
 element("again").querySelector("button").addEventListener("click", () => { element("again").hidden = true; connect(); });
 element("next").querySelector("button").addEventListener("click", () => {
   if (connection.send({ type: "next" })) element("next").hidden = true; // or the page comes back to it

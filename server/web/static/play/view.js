@@ -34,6 +34,9 @@ export class View {
     element("status").hidden = !text;
   }
 
+  // The message that is shown is a good one.
+  praise() { element("status").classList.add("good"); }
+
   // How many key presses were not carried out; empty if all were.
   droppedWords(dropped) { return dropped ? this.say("dropped", { number: dropped }) : ""; }
 
@@ -62,6 +65,12 @@ export class View {
     this.status(number + 1 === all ? `${said} ${this.texts.test_begins}` : said, isRight);
   }
 
+  // What came of the placement test; it can be taken again if it was not passed.
+  testEnded(isPassed) {
+    this.status(isPassed ? this.texts.practice_passed : this.texts.practice_failed, isPassed);
+    element("practise-again").hidden = isPassed;
+  }
+
   state(state, { isNew, before, action, dropped }) {
     const isRoom = state.phase === "assembly";
     element("phase").textContent = this.say(isRoom ? "place_phase" : "walk_phase", { turn: state.turn });
@@ -85,7 +94,8 @@ export class View {
   outcome(state, before, action, dropped) {
     const say = (...of) => this.say(...of);
     const done = state.outcome ? say(state.outcome, { object: state.carried || this.texts.carries_something }) : "";
-    const text = state.outcome === "blocked" || state.outcome === "cannot_place" ? whyNotWords(say, state.outcome, state.why) : done;
+    const isRefused = state.outcome === "blocked" || state.outcome === "cannot_place";
+    const text = this.counted(isRefused ? whyNotWords(say, state.outcome, state.why) : done, isRefused || state.outcome === "nothing_in_reach");
     const warning = before && before.phase === state.phase && WARNINGS.includes(state.steps_left) ? say("steps_warning", { steps: state.steps_left }) : "";
     const quiet = state.outcome === "moved" || state.outcome === "turned";
     const turned = { 1: "left", 2: "right" }[action];
@@ -96,6 +106,13 @@ export class View {
     // What is shown over the picture need not stand below it, too: there it is for screen readers.
     element("outcome").classList.toggle("unseen", !quiet && !ahead);
     this.flash([quiet ? "" : text, dropped, warning].filter(Boolean).join(" "));
+  }
+
+  // A refusal that comes again at once has its number behind it, so that it is seen to be a new one.
+  counted(text, isRefused) {
+    const times = isRefused && this.refusal?.text === text ? this.refusal.times + 1 : 1;
+    this.refusal = isRefused ? { text, times } : null;
+    return times > 1 ? `${text} (${times})` : text;
   }
 
   flash(text) {
