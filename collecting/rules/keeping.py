@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from arramon_client.world import ASSEMBLY, NAVIGATION
 from arramon_collecting.settings import Settings
 
 
@@ -34,6 +35,17 @@ def succeeded(outcome: Outcome, settings: Settings) -> bool:
         and all(score > settings.keep_ndtw for score in outcome.ndtw)
         and all(score >= settings.keep_ptc for score in outcome.ptc)
     )
+
+
+def missed(outcome: Outcome, settings: Settings) -> list[tuple[int, str]]:
+    """Return what a verifier did not find: turn, from 1, and phase; of a turn whose way was not found only the way."""
+    found = []
+    for turn, (ndtw, ptc) in enumerate(zip(outcome.ndtw, outcome.ptc, strict=True), start=1):
+        if ndtw <= settings.keep_ndtw:
+            found.append((turn, NAVIGATION))
+        elif ptc < settings.keep_ptc:
+            found.append((turn, ASSEMBLY))
+    return found
 
 
 def decide(outcomes: Sequence[Outcome], settings: Settings) -> str | None:

@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from arramon_client.world import PHASES
+from arramon_collecting.rules.keeping import Outcome, missed
 from arramon_collecting.rules.licences import licence_address
 from arramon_collecting.rules.payment import MILESTONE
 from arramon_collecting.storage.payments.records import LedgerEntry
 from arramon_collecting.storage.people.records import Visit, Worker
 from arramon_collecting.storage.records import Collection
 from arramon_collecting.storage.store import Store
-from arramon_collecting.storage.texts.records import DISCARDED, KEPT, REJECTED, SENT_BACK, Text
+from arramon_collecting.storage.texts.records import DISCARDED, KEPT, REJECTED, SENT_BACK, Text, Verification
 from arramon_collecting.storage.work.records import EXPIRED, SUBMITTED, VERIFY, WRITE, Task
 
 
@@ -83,6 +85,7 @@ def worker_view(store: Store, collection: Collection, worker: Worker) -> dict[st
         "rejected": [text for text in texts if text.state == REJECTED],
         "sent": [text for text in reversed(texts) if text.instructions],
         "flags_of": {text.text_id: _flags_of(store, text) for text in texts if text.state in (DISCARDED, KEPT)},
+        "missed_of": {text.text_id: _missed_of(store, collection, text) for text in texts if text.state == DISCARDED},
         "text_counts": _counts_of(texts),
         "verified": sum(task.stage == VERIFY and task.state == SUBMITTED for task in tasks),
         "earned": _earned(collection, entries),
@@ -101,6 +104,20 @@ def _flags_of(store: Store, text: Text) -> list[tuple[str, str, str]]:
     """Return the boxes that others ticked of a text, without who did: turn, phase and kind, each once."""
     ticked = {flag for walk in store.verifications.of_text(text.text_id) if walk.counts for flag in walk.flags}
     return sorted(tuple(flag.split("-", 2)) for flag in ticked)  # type: ignore[misc]
+
+
+def _missed_of(store: Store, collection: Collection, text: Text) -> list[tuple[int, str]]:
+    """Return the parts of a text that somebody did not find, without who: turn and phase, each once."""
+    found = {part for walk in store.verifications.of_text(text.text_id) for part in _missed_in(walk, collection)}
+    return sorted(found, key=lambda part: (part[0], PHASES.index(part[1])))
+
+
+def _missed_in(walk: Verification, collection: Collection) -> list[tuple[int, str]]:
+    """Return the parts that were not found in one verification, without turns that it gave up before."""
+    if not walk.counts:
+        return []
+    found = missed(Outcome(walk.ndtw, walk.ptc), collection.settings)
+    return [(turn, phase) for turn, phase in found if not walk.has_walk or walk.path[turn - 1]]
 
 
 def _counts_of(texts: list[Text]) -> Mapping[str, int]:

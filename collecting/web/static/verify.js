@@ -6,6 +6,7 @@ const { texts, language } = settings;
 const parts = ["connection", "game", "keys", "view"].map((name) => import(`${play}${name}.js`));
 const [{ Connection }, { Game }, { listen }, { View }] = await Promise.all(parts);
 const element = (id) => document.getElementById(id);
+if (!settings.isTest) texts.picked_up = texts.picked_up_unnamed; // the practice names what is picked up
 const view = new View(texts);
 const slow = navigator.connection?.saveData || /2g|3g/.test(navigator.connection?.effectiveType ?? "");
 const size = settings.sizes[slow ? 1 : 0];
@@ -79,6 +80,7 @@ function isLast() { return run.ended + 1 >= run.episodes; }
 
 function showProgress() {
   view.progress(run.ended, run.episodes);
+  for (const one of [element("progress"), element("progress").previousElementSibling]) one.hidden = !settings.isTest; // one text
   if (!settings.isTest || !isLast()) return;
   element("progress").textContent = texts.test_progress;
   document.querySelector("#give-up + .soft").textContent = texts.test_note;

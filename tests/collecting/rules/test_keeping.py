@@ -2,7 +2,7 @@
 
 import pytest
 
-from arramon_collecting.rules.keeping import DISCARD, KEEP, REVIEW, Outcome, decide
+from arramon_collecting.rules.keeping import DISCARD, KEEP, REVIEW, Outcome, decide, missed
 from arramon_collecting.settings import Settings
 
 GOOD = Outcome((0.21, 0.9), (1.0, 1.0))
@@ -31,3 +31,16 @@ def test_the_rule_is_a_setting() -> None:
     settings = Settings(verifiers=2, keep_needs=2, keep_ndtw=0.5, review_flags=3)
     assert decide([FLAGGED, FLAGGED], settings) == KEEP
     assert decide([FLAGGED, GOOD], settings) == DISCARD
+
+
+@pytest.mark.parametrize(
+    ("outcome", "expected"),
+    [
+        (GOOD, []),
+        (AT_THE_LIMIT, [(1, "navigation")]),
+        (WRONG_CELL, [(2, "assembly")]),
+        (Outcome((0.1, 0.1), (0.0, 1.0)), [(1, "navigation"), (2, "navigation")]),
+    ],
+)
+def test_what_was_not_found(outcome: Outcome, expected: list[tuple[int, str]]) -> None:
+    assert missed(outcome, Settings()) == expected

@@ -36,7 +36,7 @@ export function listen(isPlaying, act, ignored = []) {
   // After a mouse or a finger the keys are the game's again, so that the space bar does not repeat a button or clear a box.
   // A label passes the focus to its box after this event. A frame that is hidden takes none.
   document.addEventListener("click", (event) => {
-    if (event.detail === 0 || !event.target.closest("button, label, input[type=checkbox]")) return;
+    if (event.detail === 0 || !event.target.closest("button, label, summary, input[type=checkbox]")) return;
     setTimeout(() => { if (isPlaying()) document.getElementById("frame").focus({ preventScroll: true }); });
   });
 }

@@ -142,7 +142,9 @@ def test_what_others_ticked_stands_at_the_set_that_was_discarded(site: Collectin
     for flags in (("1-navigation-unclear",), ("1-navigation-unclear", "2-assembly-wrong"), ()):
         field.verify(field.worker(), BADLY, flags)
     page = browser.get(HOME).text
-    assert "<dt>Sets of texts that others could not follow</dt><dd>1</dd>" in page
+    assert "that were not taken, as others did not find the way or a place</dt><dd>1</dd>" in page
+    assert "Not taken into the collection: others did not find the way or a place." in page
+    assert "<p>Some who followed it did not find this:</p>\n<ul><li>Object 1: the way</li></ul>" in page
     assert "<li>Object 1: the way: unclear</li><li>Object 2: the place: wrong</li>" in page
 
 
@@ -151,7 +153,7 @@ def test_that_nothing_waits_is_said_before_the_tests(site: CollectingSite) -> No
     browser.get(HOME)
     answer = browser.post(f"{HOME}take", stage="verify")
     assert answer.location == f"{HOME}?notice=nothing_verify"
-    assert "No instructions of others wait for you" in browser.get(answer.location).text
+    assert "nothing for you under “Follow instructions”" in browser.get(answer.location).text
 
 
 def test_two_tabs_get_the_same_task(site: CollectingSite) -> None:
@@ -247,10 +249,10 @@ def test_authors_read_why_a_text_was_rejected_and_what_they_sent(site: Collectin
     assert text is not None
     page = browser.get(HOME).text
     assert TEXTS[0][0] in page
-    assert "Rejected texts" not in page
+    assert "Instructions that were not accepted" not in page
     store.reviews.reject(collection, text.text_id, 1, site.field.worker(role="host"), "no <b>such</b> bench")
     page = browser.get(HOME).text
-    assert "Rejected texts" in page
+    assert "Instructions that were not accepted" in page
     assert "no &lt;b&gt;such&lt;/b&gt; bench" in page
     other, _ = site.consented()
     assert TEXTS[0][0] not in other.get(HOME).text

@@ -71,7 +71,13 @@ def test_a_text_is_followed_flagged_and_handed_in(browser: Browser, site: Verify
         with page.expect_response("**/flags"):
             page.get_by_role("checkbox", name="ungrammatical").check()
         expect(page.locator("#frame")).to_be_focused()  # the keys are the game's, and the space bar clears no box
+        page.locator(".tips summary").click()
+        expect(page.locator(".tips")).to_have_attribute("open", "")
+        expect(page.locator("#frame")).to_be_focused()
+        expect(page.locator("#progress")).to_be_hidden()  # there is one text
         press(page, tiny.ACTIONS[:3])
+        expect(page.locator("#outcome")).to_contain_text("You picked up an object. Whether it is the right one")
+        expect(page.locator("#carried")).to_have_text("an object")
         expect(page.locator("fieldset:visible legend")).to_have_text("Object 1: the place")
         expect(page.locator("#landing")).to_be_visible()
         expect(page.get_by_role("checkbox", name="ungrammatical")).not_to_be_checked()  # of the other text
