@@ -10,7 +10,7 @@ from arramon_dataset.instructions.navigation.plan import plan_navigation
 from arramon_dataset.instructions.visible_landmarks import find_landmarks, poses_along
 from arramon_dataset.paraphrases.route_facts import facts_along
 from arramon_dataset.randomness import seeded
-from arramon_lang.meaning import Navigation, Walk
+from arramon_lang.meaning import Navigation, Step, Walk
 from arramon_lang.writing.voice import Manner, draw_manner
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.geometry import Pose
@@ -78,7 +78,7 @@ class TurnPlanner:
 
 def _without_idle_walks(meaning: Navigation) -> Navigation:
     """Return a meaning without walks straight ahead before another walk: "go forward, go past the bench"."""
-    steps = []
+    steps: list[Step] = []
     for step in meaning.steps:
         if isinstance(step, Walk) and step.way not in ("beside", "until") and steps[-1:] == [Walk("ahead")]:
             steps[-1] = replace(step, straight=False)
