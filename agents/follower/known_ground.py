@@ -5,9 +5,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from arramon_agents.mapping.cell_graph import cell_graph
 from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
 from arramon_agents.mapping.motion import TURN
 
@@ -28,9 +28,6 @@ OBJECT_CELLS = 5
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Parts of a step after which its place must be open."""
-
-MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
-"""Half of the sixteen directions between cells; the others are their opposites."""
 
 MIN_WALLS = 30
 """Minimum number of cells with walls for the direction of streets to be read from them."""
@@ -85,23 +82,8 @@ class KnownGround:
         row, column = divmod(end, is_open.shape[1])
         reach = OBJECT_CELLS
         is_open[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1] = True
-        left: list[float] = dijkstra(self._graph(is_open), directed=False, indices=end).tolist()
+        left: list[float] = dijkstra(cell_graph(is_open, self._costs, CELL), directed=False, indices=end).tolist()
         return left
-
-    def _graph(self, is_open: npt.NDArray[np.bool_]) -> csr_array:
-        rows, columns = is_open.shape
-        number = np.arange(rows * columns).reshape(rows, columns)
-        starts, ends, lengths = [], [], []
-        for down, along in MOVES:
-            here = slice(0, rows - down), slice(max(-along, 0), columns - max(along, 0))
-            there = slice(down, rows), slice(max(along, 0), columns - max(-along, 0))
-            usable = is_open[here] & is_open[there]
-            starts.append(number[here][usable])
-            ends.append(number[there][usable])
-            cost = (self._costs[here] + self._costs[there])[usable] / 2.0
-            lengths.append(math.hypot(down, along) * CELL * cost)
-        entries = np.concatenate(lengths), (np.concatenate(starts), np.concatenate(ends))
-        return csr_array(entries, shape=(rows * columns, rows * columns))
 
 
 def street_axis(ground: GroundMap) -> int:

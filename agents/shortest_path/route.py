@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from arramon_agents.mapping.cell_graph import cell_graph
 from arramon_agents.shortest_path.clearance_map import CELL, ClearanceMap, Place, distance_to_segment
 
 STRIDE = 2
@@ -23,9 +23,6 @@ CLEARANCE_PENALTY = 0.8
 
 SLACK = 0.05
 """Clearance that a straightened route may lose, in units."""
-
-MOVES = ((1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (2, -1), (1, 2), (1, -2))
-"""Half of the sixteen directions between nodes; the others are their opposites."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +53,8 @@ class Router:
     def __init__(self, ground: ClearanceMap) -> None:
         self._ground = ground
         self._clearance = ground.clearance[::STRIDE, ::STRIDE]
-        self._graph = _graph(self._clearance, ground.radius)
+        cost = 1.0 + CLEARANCE_PENALTY * np.maximum(PREFERRED_CLEARANCE - self._clearance, 0.0)
+        self._graph = cell_graph(self._clearance >= ground.radius, cost, STRIDE * CELL)
 
     def route(self, start: Place, target: Place) -> GuideRoute | None:
         """Return the route between two places, each moved to its nearest free node; None if there is none."""
@@ -114,22 +112,3 @@ class Router:
             self._clearance_at((start[0] + (end[0] - start[0]) * i / count, start[1] + (end[1] - start[1]) * i / count))
             for i in range(count + 1)
         )
-
-
-def _graph(clearance: npt.NDArray[np.float32], radius: float) -> csr_array:
-    """Return the graph of neighbouring free nodes, with edge lengths that are increased near walls."""
-    columns, rows = clearance.shape
-    number = np.arange(columns * rows).reshape(columns, rows)
-    free = clearance >= radius
-    factor = 1.0 + CLEARANCE_PENALTY * np.maximum(PREFERRED_CLEARANCE - clearance, 0.0)
-    starts, ends, lengths = [], [], []
-    for across, along in MOVES:
-        here = slice(0, columns - across), slice(max(-along, 0), rows - max(along, 0))
-        there = slice(across, columns), slice(max(along, 0), rows - max(-along, 0))
-        usable = free[here] & free[there]
-        starts.append(number[here][usable])
-        ends.append(number[there][usable])
-        length = math.hypot(across, along) * STRIDE * CELL
-        lengths.append(length * (factor[here] + factor[there])[usable] / 2)
-    entries = np.concatenate(lengths), (np.concatenate(starts), np.concatenate(ends))
-    return csr_array(entries, shape=(columns * rows, columns * rows))
