@@ -39,6 +39,8 @@ class World:
         cancelled: runs, as they were named.
         problems: numbers of acts that are answered with a problem of this code, and not recorded.
         away: by method, for how many calls there is to be no server.
+        draining: by method, how many calls reach a process that drains, which cancels them.
+        unopened: statuses with which the next streams end before anything is sent; None for an end without an error.
         notes: recorded notes, by episode and step.
     """
 
@@ -67,6 +69,8 @@ class World:
         self.cut: dict[int, str] = {}
         self.problems: dict[int, pb.Problem.Code.ValueType] = {}
         self.away = Counter[str]()
+        self.draining = Counter[str]()
+        self.unopened: list[grpc.StatusCode | None] = []
         self.notes: dict[tuple[str, int], str] = {}
         self.acts = 0
         self.lock = threading.RLock()
@@ -220,6 +224,9 @@ class Servicer(EvaluationServicer):
         if self.world.away[method] > 0:
             self.world.away[method] -= 1
             context.abort(grpc.StatusCode.UNAVAILABLE, "away")
+        if self.world.draining[method] > 0:
+            self.world.draining[method] -= 1
+            context.abort(grpc.StatusCode.CANCELLED, "CANCELLED")
 
     def GetReceipt(self, request: pb.GetReceiptRequest, context: Any) -> pb.Receipt:
         self._be_away("GetReceipt", context)
@@ -230,7 +237,9 @@ class Servicer(EvaluationServicer):
         return pb.ListEpisodesResponse()
 
     def CreateRun(self, request: pb.CreateRunRequest, context: Any) -> pb.Run:
-        return self.world.create(request)
+        run = self.world.create(request)
+        self._be_away("CreateRun", context)  # It may have come as far as this.
+        return run
 
     def GetRun(self, request: pb.GetRunRequest, context: Any) -> pb.Run:
         self._be_away("GetRun", context)
@@ -263,6 +272,11 @@ class Servicer(EvaluationServicer):
 
     def Play(self, requests: Iterator[pb.PlayRequest], context: Any) -> Iterator[pb.PlayResponse]:
         opening = next(requests).open
+        if self.world.unopened:
+            status = self.world.unopened.pop(0)
+            if status is not None:
+                context.abort(status, "draining")
+            return
         with self.world.lock:
             events = self.world.opened(opening)
         yield pb.PlayResponse(events=events)

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import grpc
 import pytest
 
 from arramon.v1 import evaluation_pb2 as pb
@@ -28,7 +29,7 @@ from arramon_client import (
 )
 from arramon_client.transport.connection import Server
 from tests.client.fake import RUN, Recorder, Servicer, World, serving
-from tests.client.test_play import BY_RULE, EVERYTHING, half_played
+from tests.client.test_play import BY_RULE, EVERYTHING, MOVED, half_played
 
 
 @pytest.fixture(autouse=True)
@@ -97,6 +98,15 @@ def test_every_step_is_asked_once_and_recorded(
     if not cut:
         assert {episode_id: list(sent) for episode_id, sent in outcome.actions.items()} == BY_RULE
         assert notices == []
+
+
+@pytest.mark.parametrize("unopened", MOVED)
+def test_streams_that_reach_a_draining_process_move_without_a_word(
+    server: Server, world: World, run: pb.Run, unopened: list[grpc.StatusCode | None]
+) -> None:
+    world.unopened = list(unopened)
+    outcome, notices = played(server, run, Waiting())
+    assert (world.actions, outcome.reconnections, notices) == (BY_RULE, len(unopened), [])
 
 
 def test_a_slow_call_holds_up_no_other_episode(server: Server, world: World, run: pb.Run) -> None:

@@ -19,8 +19,8 @@ from arramon_client import (
     connect,
 )
 from arramon_client.transport.access import is_local
-from arramon_client.transport.connection import call, explain
-from tests.client.fake import Servicer, World, serving
+from arramon_client.transport.connection import Server, call, explain
+from tests.client.fake import RUN, Servicer, World, serving
 
 
 def test_every_call_carries_the_protocol_version(world: World) -> None:
@@ -84,6 +84,39 @@ def test_a_refusal_shows_the_servers_message(world: World) -> None:
         assert caught.value.code == grpc.StatusCode.NOT_FOUND
 
 
+@pytest.mark.parametrize(
+    ("method", "request_"),
+    [
+        ("GetServerInfo", pb.GetServerInfoRequest()),
+        ("GetRun", pb.GetRunRequest(run_id=RUN)),
+        ("GetReport", pb.GetReportRequest(run_id=RUN)),
+    ],
+)
+def test_a_read_that_reaches_a_draining_process_is_repeated_once(
+    world: World, server: Server, run: pb.Run, method: str, request_: Any
+) -> None:
+    world.draining[method] = 1
+    assert call(getattr(server.stub, method), request_, server.address)
+    world.draining[method] = 2
+    with pytest.raises(ServerUnreachableError, match=f"the server process at {server.address} is shutting down"):
+        call(getattr(server.stub, method), request_, server.address)
+    assert world.draining[method] == 0
+
+
+def test_connecting_to_a_draining_process_is_repeated(world: World) -> None:
+    world.draining["GetServerInfo"] = 1
+    with serving(Servicer(world)) as address, connect(address) as server:
+        assert server.info.version == "9.9.9"
+
+
+def test_a_run_that_a_draining_process_may_have_created_is_not_created_twice(world: World, server: Server) -> None:
+    world.draining["CreateRun"] = 1
+    request = pb.CreateRunRequest(agent="recorder", split="val_seen", language="en")
+    with pytest.raises(ServerUnreachableError, match="is shutting down, and did not answer: try again"):
+        call(server.stub.CreateRun, request, server.address)
+    assert len(world.requests) == 1
+
+
 class Failure(grpc.RpcError):
     def __init__(self, code: grpc.StatusCode, details: str) -> None:
         self._code, self._details = code, details
@@ -100,6 +133,8 @@ class Failure(grpc.RpcError):
      "a smaller --parallel"),
     (grpc.StatusCode.RESOURCE_EXHAUSTED, "ten runs a day", RefusedError, "ten runs a day"),
     (grpc.StatusCode.DEADLINE_EXCEEDED, "", ServerUnreachableError, "no server answers at here"),
+    (grpc.StatusCode.CANCELLED, "CANCELLED", ServerUnreachableError, "the server process at here is shutting down"),
+    (grpc.StatusCode.CANCELLED, "Channel closed!", RefusedError, "Channel closed!"),
     (grpc.StatusCode.PERMISSION_DENIED, "", RefusedError, "no reason was given"),
     (grpc.StatusCode.ALREADY_EXISTS, "", RefusedError, "no reason was given"),
 ])  # fmt: skip

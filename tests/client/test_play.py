@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import grpc
 import numpy as np
 import pytest
 
@@ -76,6 +77,32 @@ def test_cut_streams_do_not_change_the_actions(server: Server, world: World, run
     assert outcome.reconnections == len(cut)
     assert len({opening.player for opening in world.opens}) == 1
     assert "UNAVAILABLE: cut" in notices[0]
+
+
+MOVED = [
+    [None],
+    [grpc.StatusCode.CANCELLED],
+    [grpc.StatusCode.UNAVAILABLE],
+    [None, grpc.StatusCode.CANCELLED],
+    [grpc.StatusCode.CANCELLED, grpc.StatusCode.UNAVAILABLE],
+]
+
+
+@pytest.mark.parametrize("unopened", MOVED)
+def test_streams_that_reach_a_draining_process_move_without_a_word(
+    server: Server, world: World, run: pb.Run, unopened: list[grpc.StatusCode | None]
+) -> None:
+    world.unopened = list(unopened)
+    outcome, notices = played(server, run, Recorder())
+    assert (world.actions, outcome.reconnections, notices) == (BY_RULE, len(unopened), [])
+
+
+def test_a_server_that_takes_no_stream_is_reported_at_the_third_one(server: Server, world: World, run: pb.Run) -> None:
+    world.unopened = [None, grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED]
+    _, (lost, back) = played(server, run, Recorder())
+    assert lost == "connection lost (CANCELLED: draining); retrying"
+    assert back.startswith("reconnected after ")
+    assert world.actions == BY_RULE
 
 
 def test_the_client_reconnects_to_a_restarted_server(world: World, run: pb.Run, tmp_path: Path) -> None:

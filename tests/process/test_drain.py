@@ -1,16 +1,19 @@
 """Draining after a termination signal: no new work, and streams continue on another process."""
 
+import asyncio
 import os
 import signal
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from queue import SimpleQueue
 
 import grpc
 import pytest
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 
+from arramon.v1 import evaluation_pb2 as pb
 from arramon.v1.evaluation_pb2_grpc import EvaluationStub
 from tests import tiny
 from tests.api.player import Player, create
@@ -27,7 +30,8 @@ from tests.faults.clients import (
 )
 from tests.faults.conftest import no_client_left  # noqa: F401 - in use wherever it is imported
 from tests.process.test_workers import addresses, children, listens_at
-from tests.serving import Server
+from tests.serving import METADATA, Server
+from tests.web.play.page_client import PageServer, page
 
 SERVING, NOT_SERVING = health_pb2.HealthCheckResponse.SERVING, health_pb2.HealthCheckResponse.NOT_SERVING
 
@@ -81,6 +85,47 @@ def test_draining_closes_streams_and_frees_their_episodes_at_once(workers: Serve
         seen = player.observation()
         assert (seen.episode_id, seen.step) == (episode_id, 0)
         assert player.observation().step == 1
+
+
+def test_a_stream_that_opens_while_the_process_drains_ends_like_the_others(tmp_path: Path) -> None:
+    tiny.write(tmp_path)
+    server = Server(tmp_path, "127.0.0.1:0", "--drain-seconds", "3600")
+    with grpc.insecure_channel(server.address) as channel:
+        stub = EvaluationStub(channel)
+        run = create(stub)
+        first_message: SimpleQueue[pb.PlayRequest | None] = SimpleQueue()
+        late = stub.Play(iter(first_message.get, None), metadata=METADATA, timeout=240)
+        with Player(stub, run.run_id) as player:  # The server has accepted the late stream before this one.
+            player.observation()
+            server.process.send_signal(signal.SIGTERM)
+            with pytest.raises(StopIteration):  # From here on the process drains.
+                player.next()
+        first_message.put(pb.PlayRequest(open=pb.Open(run_id=run.run_id, max_episodes=1)))
+        assert list(late) == []
+        assert late.code() == grpc.StatusCode.OK
+        first_message.put(None)
+    assert server.wait() == 0
+
+
+def test_a_play_page_that_opens_while_the_process_drains_is_closed_without_an_error(tmp_path: Path) -> None:
+    server = PageServer(tmp_path, "--drain-seconds", "3600")
+
+    async def reach_draining_process() -> None:
+        async with page(server.site) as late, page(server.site) as early:
+            await early.hello()
+            await early.until("state")
+            server.process.send_signal(signal.SIGTERM)
+            while not await early.is_closed():  # The frame is still to come. From here on the process drains.
+                pass
+            await late.hello()
+            assert await late.is_closed()
+
+    with grpc.insecure_channel(server.address) as channel:  # A call that holds the process until the page has closed.
+        states = health_pb2_grpc.HealthStub(channel).Watch(health_pb2.HealthCheckRequest())
+        assert next(states).status == SERVING
+        asyncio.run(reach_draining_process())
+        states.cancel()
+        assert server.wait() == 0
 
 
 class Held:

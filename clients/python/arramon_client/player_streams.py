@@ -72,13 +72,13 @@ class PlayerStreams:
         player, adopt = self._player, self._settings.resume
         while not self._stopped.is_set():
             before = player.advances
-            broken, moved = self._play_one(use, adopt=adopt)
+            broken, quiet = self._play_one(use, adopt=adopt)
             if player.ended or self._stopped.is_set():
                 return
             adopt = adopt and player.advances == before
             self.reconnections += 1
             if broken:
-                self.retry.wait(broken, quiet=moved)
+                self.retry.wait(broken, quiet=quiet)
                 if not self._stopped.is_set():
                     self._revive()
 
@@ -98,7 +98,10 @@ class PlayerStreams:
         self._stopped.wait(seconds)
 
     def _play_one(self, use: Callable[[PlayStream], None], *, adopt: bool) -> tuple[str, bool]:
-        """Play over one stream; return why it broke (empty if it did not), and whether the server closed it."""
+        """Play over one stream; return why it broke (empty if it did not), and whether that is to be expected.
+
+        A server process that drains ends its streams without an error, and gRPC refuses those that reach it meanwhile.
+        """
         player, settings = self._player, self._settings
         history = adopt or player.needs_history
         stream = self._stream = PlayStream(self._stub, self._opening(history, adopt), reads_ahead=self._reads_ahead)
@@ -118,7 +121,7 @@ class PlayerStreams:
         except grpc.RpcError as error:
             if error.code() not in CONNECTION_LOST:
                 raise explain(error, self._address) from error
-            return f"{error.code().name}: {details_of(error)}", False
+            return f"{error.code().name}: {details_of(error)}", not stream.was_answered
         finally:
             self._stream = None
             stream.close()

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from arramon_server.episodes.splits import Split
-from arramon_server.errors import ArraMonError, Conflict, Replaced, TakenOver, Unavailable
+from arramon_server.errors import ArraMonError, Conflict, Replaced, TakenOver
 from arramon_server.image_threads import ImageThreads
 from arramon_server.runs.play.actions import ActionHandler, ActionResults
 from arramon_server.runs.play.assignment import GRACE, Assignment
@@ -113,9 +113,9 @@ class Engine:
         self._durations.begin(run, run.created_at)
 
     def join(self, stream: Stream) -> None:
-        """Add a stream, and assign episodes to it."""
+        """Add a stream, and assign episodes to it; one that opens while the process drains ends like the others."""
         if self._stopped:
-            stream.transport.close(Unavailable("this server process is shutting down; reconnect to reach another one"))
+            stream.transport.close(None)
             return
         for other in list(self._streams):
             if (other.run.run_id, other.player) == (stream.run.run_id, stream.player):

@@ -45,6 +45,12 @@ CHANNEL_OPTIONS = (
     ("grpc.max_reconnect_backoff_ms", 2_000),
 )
 
+READS = ("Get", "List", "Compare", "Export")
+"""Beginnings of the names of requests that change nothing, so that they can be repeated."""
+
+CHANNEL_CLOSED = "Channel closed!"
+"""What gRPC says of a call that ended because this client closed its channel."""
+
 UNARY_TIMEOUT = 60.0
 """Default time limit of a unary call, in seconds."""
 
@@ -144,7 +150,7 @@ def get_server_info(
         ServerUnreachableError, NotArramonError, VersionMismatchError, RefusedError, ProtocolError: as for `connect`.
     """
     try:
-        info = stub.GetServerInfo(evaluation_pb2.GetServerInfoRequest(), timeout=timeout, metadata=METADATA)
+        info = _answer(stub.GetServerInfo, evaluation_pb2.GetServerInfoRequest(), timeout)
     except grpc.RpcError as error:
         if error.code() == grpc.StatusCode.FAILED_PRECONDITION:
             raise VersionMismatchError(f"the server at {address} refuses this client: {details_of(error)}") from error
@@ -165,7 +171,7 @@ def call(method: Callable[..., Answer], request: object, address: str, *, timeou
         ArramonClientError: the error that `explain` returns, or ProtocolError if the answer is malformed.
     """
     try:
-        answer = method(request, timeout=timeout, metadata=METADATA)
+        answer = _answer(method, request, timeout)
     except grpc.RpcError as error:
         raise explain(error, address) from error
     if isinstance(answer, Message):
@@ -173,9 +179,28 @@ def call(method: Callable[..., Answer], request: object, address: str, *, timeou
     return answer
 
 
+def _answer(method: Callable[..., Answer], request: object, timeout: float) -> Answer:
+    """Make a unary call. A read that a draining process refused is repeated: the channel has left that process."""
+    try:
+        return method(request, timeout=timeout, metadata=METADATA)
+    except grpc.RpcError as error:
+        if not (_is_draining(error) and type(request).__name__.startswith(READS)):
+            raise
+    return method(request, timeout=timeout, metadata=METADATA)
+
+
+def _is_draining(error: grpc.RpcError) -> bool:
+    """Return whether the server process cancelled a call: gRPC does so with all that reach it while it drains."""
+    return bool(error.code() == grpc.StatusCode.CANCELLED and error.details() != CHANNEL_CLOSED)
+
+
 def explain(error: grpc.RpcError, address: str) -> ArramonClientError:
     """Return the client's error for a failed call, with a message for the participant."""
     code, details = error.code(), details_of(error)
+    if _is_draining(error):
+        return ServerUnreachableError(
+            f"the server process at {address} is shutting down, and did not answer: try again ({details})"
+        )
     match code:
         case grpc.StatusCode.UNAVAILABLE | grpc.StatusCode.DEADLINE_EXCEEDED:
             advice = next((advice for sign, advice in ADVICE.items() if sign in details), "")

@@ -13,6 +13,9 @@ Answer = TypeVar("Answer")
 FIRST_DELAY, LAST_DELAY = 0.1, 2.0
 """Shortest and longest delay in seconds between attempts to reconnect; each is randomly shortened by up to half."""
 
+QUIET_ATTEMPTS = 3
+"""Number of attempts in a row after which the participant is notified although their failure is to be expected."""
+
 PATIENCE = 300.0
 """Seconds without progress after which the client gives up."""
 
@@ -66,13 +69,14 @@ class Retry:
         self._run_id, self._patience, self._notify, self._sleep = run_id, patience, notify, sleep
         self._lost_at: float | None = None
         self._notified = False
+        self._attempts = 0
         self._delay = FIRST_DELAY
 
     def succeeded(self) -> None:
         """Reset the delays after the server sent something new."""
         if self._lost_at is not None and self._notified:
             self._notify(f"reconnected after {time.monotonic() - self._lost_at:.1f} s")
-        self._lost_at, self._notified, self._delay = None, False, FIRST_DELAY
+        self._lost_at, self._notified, self._attempts, self._delay = None, False, 0, FIRST_DELAY
 
     def wait_for(self, error: ServerUnreachableError) -> None:
         """Wait before the next attempt to reach a server that has not answered yet."""
@@ -83,8 +87,8 @@ class Retry:
 
         Args:
             reason: why the connection was lost, for the message.
-            quiet: do not notify the participant of the first attempt: after a server process has ended a stream
-                normally, because it is shutting down, another process usually answers at once.
+            quiet: whether this failure is to be expected while one of several server processes shuts down: another one
+                usually answers at once, so that the participant is notified only after QUIET_ATTEMPTS attempts.
 
         Raises:
             ServerUnreachableError: if the patience is exhausted.
@@ -95,7 +99,8 @@ class Retry:
         now = time.monotonic()
         if self._lost_at is None:
             self._lost_at = now
-        if not (self._notified or (quiet and self._lost_at == now)):
+        self._attempts += 1
+        if not (self._notified or (quiet and self._attempts < QUIET_ATTEMPTS)):
             self._notified = True
             self._notify(f"{notice}; retrying")
         if now - self._lost_at >= self._patience:

@@ -33,6 +33,9 @@ class PlayStream:
         stub: stub of the server.
         opening: the first message.
         reads_ahead: whether a thread reads messages while the caller is busy; None: with several open episodes.
+
+    Attributes:
+        was_answered: whether the server has sent anything on this stream.
     """
 
     def __init__(
@@ -42,6 +45,7 @@ class PlayStream:
         *,
         reads_ahead: bool | None = None,
     ) -> None:
+        self.was_answered = False
         self._outgoing = _Requests()
         self._incoming: queue.Queue[evaluation_pb2.PlayResponse | grpc.RpcError | None] = queue.Queue(MAX_QUEUED)
         self._outgoing.put(evaluation_pb2.PlayRequest(open=opening))
@@ -108,14 +112,17 @@ class PlayStream:
 
     def _read_one(self) -> list[evaluation_pb2.Event]:
         try:
-            return list(next(self._call).events)
+            response = next(self._call)
         except StopIteration:
             raise StreamEnded from None
+        self.was_answered = True
+        return list(response.events)
 
     def _read(self) -> None:
         end: grpc.RpcError | None = None
         try:
             for response in self._call:
+                self.was_answered = True
                 self._incoming.put(response)
         except grpc.RpcError as error:
             end = error
