@@ -134,7 +134,9 @@ def _parser(known: Mapping[str, Training]) -> argparse.ArgumentParser:
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")
     parser.add_argument("--cache", type=Path, default=Path("arramon-cache"), help="drawn demonstrations (%(default)s)")
     parser.add_argument("--output", type=Path, default=Path("arramon-weights"), help="weights, log (%(default)s)")
-    parser.add_argument("--processes", type=int, default=1, help="that draw demonstrations (default: %(default)s)")
+    parser.add_argument(
+        "--processes", type=int, default=1, help="that draw demonstrations and walk (default: %(default)s)"
+    )
     parser.add_argument("--device", default="auto", help="cpu, cuda, or auto: a GPU where there is one (default)")
     parser.add_argument(
         "--checkpoint-steps", type=int, default=CHECKPOINT_STEPS, help="updates between checkpoints (%(default)s)"

@@ -1,4 +1,4 @@
-"""Folders, processes and device of a training: settings that do not change its result."""
+"""Folders, processes and device of a training: settings that are not part of its recipe."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,15 +13,15 @@ CHECKPOINT_STEPS = 100
 
 @dataclass(frozen=True)
 class Workspace:
-    """Folders, processes and device of a training; none of them changes its result.
+    """Folders, processes and device of a training. Only the device changes its result, by rounding.
 
     Attributes:
         data: data folder.
         cache: cache folder of rendered demonstrations.
         output: folder of checkpoints, logs and weights.
-        processes: number of processes that render demonstrations.
+        processes: number of processes that render demonstrations and simulate walks.
         checkpoint_steps: updates between two checkpoints.
-        device: torch device; only some trainings can use another one than the CPU.
+        device: torch device of the updates. Walks, rendering and validation are on the CPU.
     """
 
     data: Path

@@ -26,6 +26,10 @@ class Attributes(NamedTuple):
     colours: Tensor
     looks: Tensor
 
+    def to(self, device: str) -> "Attributes":
+        """Copy the attributes to a device."""
+        return Attributes(*(tensor.to(device) for tensor in self))
+
 
 def attributes_of(cells: Tensor) -> Attributes:
     """Return the attributes that the visual encoder "eyes" sees in each cell.

@@ -95,6 +95,7 @@ class GroundedTask:
         batch: number of walks in a batch; it has twice as many rooms.
         inflection: loss weight of the steps at which the expert's action changes; the others have weight 1.
         seed: seed of order, languages and versions.
+        device: device of the network.
 
     Attributes:
         epoch_steps: number of updates in an epoch of the walks.
@@ -110,8 +111,9 @@ class GroundedTask:
         batch: int,
         inflection: float,
         seed: int,
+        device: str = "cpu",
     ) -> None:
-        self.network = network
+        self.network, self._device = network, device
         self._tokenizer, self._languages, self._inflection, self._seed = tokenizer, tuple(languages), inflection, seed
         self._walks, self._placings, self._batch = walks, placings, batch
         self._numbers: dict[str, list[int]] = {}
@@ -145,21 +147,23 @@ class GroundedTask:
             named.append(attributes_ahead(seen[-1]))
         words = network.reading(tokens)
         target = network.street.read_target(words, tokens)
-        previous = torch.from_numpy(previous_actions)
-        inputs = network.street.step_inputs(
-            network.reading, target, as_input(cells), previous, torch.from_numpy(places)
+        frames, previous, moved, targets = (
+            each.to(self._device)
+            for each in (as_input(cells), *map(torch.from_numpy, (previous_actions, places, actions)))
         )
+        inputs = network.street.step_inputs(network.reading, target, frames, previous, moved)
         logits = network.street(network.reading, words, tokens, inputs)
-        targets = torch.from_numpy(actions)
         is_step = targets != NO_ACTION
         weights = torch.where(targets == previous, 1.0, self._inflection)[is_step]
         losses = functional.cross_entropy(logits[is_step], targets[is_step], reduction="none")
         naming = sum(
             (
                 functional.cross_entropy(part, names, ignore_index=-1, reduction="sum")
-                for part, names in zip(network.reading.logits(target), torch.tensor(named).unbind(1), strict=True)
+                for part, names in zip(
+                    network.reading.logits(target), torch.tensor(named, device=self._device).unbind(1), strict=True
+                )
             ),
-            start=torch.zeros(()),
+            start=torch.zeros((), device=self._device),
         )
         return (losses * weights).sum() / weights.sum() + NAMING * naming / len(walks)
 
@@ -168,8 +172,10 @@ class GroundedTask:
         versions = [chance.choice(placing.versions) for placing in placings]
         tokens = self._draw_tokens(versions, chance)
         rooms = [placing.things(version) for placing, version in zip(placings, versions, strict=True)]
-        logits = network.room(network.reading, network.reading(tokens), tokens, attributes_in_rooms(rooms))
-        targets = torch.tensor([placing.view.target[1] * COLUMNS + placing.view.target[0] for placing in placings])
+        things = attributes_in_rooms(rooms).to(self._device)
+        logits = network.room(network.reading, network.reading(tokens), tokens, things)
+        cells = [placing.view.target[1] * COLUMNS + placing.view.target[0] for placing in placings]
+        targets = torch.tensor(cells, device=self._device)
         return functional.cross_entropy(logits, targets)
 
     def _draw_tokens(self, versions: Sequence[InstructionVersion], chance: random.Random) -> Tensor:
@@ -181,7 +187,7 @@ class GroundedTask:
         for text in texts:
             if text not in self._numbers:
                 self._numbers[text] = self._tokenizer.encode(text)
-        return padded([self._numbers[text] for text in texts])
+        return padded([self._numbers[text] for text in texts]).to(self._device)
 
 
 _NEAR = CHANNEL_NAMES.index("nearness of collectible")

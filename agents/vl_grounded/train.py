@@ -75,13 +75,21 @@ def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
     walks, placings = _versions(recipe, demonstrations, views)
     tokenizer, network = _initial_network(recipe, walks, placings, report)
     task = GroundedTask(
-        network, tokenizer, recipe.languages, walks, placings, recipe.batch, recipe.inflection, recipe.seed
+        network.to(workspace.device),
+        tokenizer,
+        recipe.languages,
+        walks,
+        placings,
+        recipe.batch,
+        recipe.inflection,
+        recipe.seed,
+        workspace.device,
     )
     data = f"{digest_of(demonstrations)}, {len(views)} rooms"
     trainer = Trainer(task, _settings(recipe, workspace, task.epoch_steps, data), workspace.output, report)
     trainer.run()
     eyes = load_eyes()
-    weights = GroundedWeights(network.eval(), tokenizer, eyes.fingerprint, {})
+    weights = GroundedWeights(network.cpu().eval(), tokenizer, eyes.fingerprint, {})
     about: dict[str, Any] = {
         "recipe": as_json(recipe),
         "data": _data_of(splits_of(recipe.split, workspace.data), demonstrations, views),

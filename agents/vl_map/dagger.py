@@ -2,18 +2,16 @@
 
 import json
 import random
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
 import torch
 
 from arramon_agents.reading.reader.reader import load as load_reader
-from arramon_agents.simulated.body import PerceptionErrorRates
-from arramon_agents.simulated.courses import Course, training_courses
-from arramon_agents.simulated.walks import LabelledDecision, walk
+from arramon_agents.simulated.courses import training_courses
+from arramon_agents.simulated.walks import LabelledDecision
 from arramon_agents.training.checkpoint import TrainingInputs
 from arramon_agents.training.precision import usable_precision
 from arramon_agents.training.recipe import update_settings
@@ -21,18 +19,15 @@ from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes
-from arramon_agents.vl_map.policy import MapPolicy
 from arramon_agents.vl_map.recipe import MapRecipe
 from arramon_agents.vl_map.task import Arrays, DecisionTask, arrays_of, load_arrays, save_arrays
+from arramon_agents.vl_map.training_walks import PlannedWalk, cpu_seconds, walk_episodes
 from arramon_agents.weights import SUFFIX
 
 NAME = "vl_map"
 
 DECAY = 0.01
 """Weight decay."""
-
-PERFECT_SHARE = 0.25
-"""Share of walks without perception errors; the others have 0.5 to 1.5 times the measured error rates."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +56,13 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
         ArraMonError: if the data folder lacks a split or a language.
         ValueError: if walks or checkpoints belong to another recipe or other data.
     """
-    recipe = replace(recipe, precision=usable_precision(recipe.precision, "cpu", report))
+    recipe = replace(recipe, precision=usable_precision(recipe.precision, workspace.device, report))
     walks = SimulatedWalks(recipe, workspace, report)
     first = walks.along_paths()
     count = len(first["label"])
     torch.manual_seed(recipe.seed)
-    network = PolicyNetwork(PolicySizes())
-    task = DecisionTask(network, recipe.batch, recipe.seed, recipe.precision)
+    network = PolicyNetwork(PolicySizes()).to(workspace.device)
+    task = DecisionTask(network, recipe.batch, recipe.seed, recipe.precision, workspace.device)
     task.add(first)
 
     def trainer(name: str, samples: int, rate: float) -> Trainer:
@@ -96,7 +91,7 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
         trainers[1].run()
     updates, seconds = sum(each.step for each in trainers), sum(each.cpu_seconds for each in trainers)
     return TrainedPolicy(
-        network.eval(),
+        network.cpu().eval(),
         updates,
         walks.cpu_seconds + seconds,
         f"{walks.description}, {count:,} decisions along paths",
@@ -109,7 +104,7 @@ class SimulatedWalks:
 
     Args:
         recipe: all training settings.
-        workspace: has the data folder and the output folder.
+        workspace: has the data folder, the output folder and the number of processes.
         report: receives lines of progress.
 
     Attributes:
@@ -119,7 +114,7 @@ class SimulatedWalks:
     """
 
     def __init__(self, recipe: MapRecipe, workspace: Workspace, report: Report) -> None:
-        self._recipe, self._output, self._report = recipe, workspace.output, report
+        self._recipe, self._workspace, self._report = recipe, workspace, report
         self.cpu_seconds = 0.0
         courses, self.data_hash = training_courses(workspace.data, recipe.languages, recipe.episodes, load_reader())
         self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
@@ -143,68 +138,40 @@ class SimulatedWalks:
 
     def _part(self, number: int, make: Callable[[], list[LabelledDecision]]) -> Arrays:
         """Return the decisions of a round from its file; if there is none, make them and write the file."""
-        path = self._output / f"{NAME}.walks-{number}{SUFFIX}"
+        path = self._workspace.output / f"{NAME}.walks-{number}{SUFFIX}"
         if not path.exists():
-            began = time.process_time()
+            began = cpu_seconds()
             arrays = arrays_of(make())
-            save_arrays(path, arrays, self._about, time.process_time() - began)
+            save_arrays(path, arrays, self._about, cpu_seconds() - began)
         arrays, seconds = load_arrays(path, self._about)
         self.cpu_seconds += seconds
         self._report(f"{NAME}: {len(arrays['label'])} decisions in walks {number}, {self.cpu_seconds:.0f} s")
         return arrays
 
     def _walk_along_paths(self) -> list[LabelledDecision]:
+        count, seed = len(self._pairs), self._recipe.seed
+        total = self._recipe.walks * count
+        planned = [PlannedWalk(number % count, number // count, (seed, 0, number)) for number in range(total)]
         decided: list[LabelledDecision] = []
-        pairs, seed = self._pairs, self._recipe.seed
-        for number in range(self._recipe.walks * len(pairs)):
-            decided += walk_turns(pairs[number % len(pairs)], number // len(pairs), (seed, 0, number))[0]
-            if number % 100 == 99:
-                self._report(f"{NAME}: walks of {number + 1} episodes, {len(decided)} decisions")
+        for number, walked in enumerate(walk_episodes(self._pairs, planned, None, self._workspace.processes), start=1):
+            decided += walked.decisions
+            if number % 100 == 0:
+                self._report(f"{NAME}: walks of {number} episodes, {len(decided)} decisions")
         return decided
 
     def _walk_by_policy(self, number: int, network: PolicyNetwork) -> list[LabelledDecision]:
         seed = self._recipe.seed
         chance = random.Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
-        policy = MapPolicy(network.eval())
+        planned: list[PlannedWalk] = []
+        for place in range(max(1, round(self._recipe.round_walks * len(self._pairs)))):
+            pair = chance.randrange(len(self._pairs))
+            reading = chance.randrange(len(self._pairs[pair][0].readings))
+            planned.append(PlannedWalk(pair, reading, (seed, number, place)))
         decided: list[LabelledDecision] = []
         picked = 0
-        count = max(1, round(self._recipe.round_walks * len(self._pairs)))
-        for place in range(count):
-            pair = chance.choice(self._pairs)
-            reading = chance.randrange(len(pair[0].readings))
-            walked, hits = walk_turns(pair, reading, (seed, number, place), policy)
-            decided += walked
-            picked += hits
-        self._report(f"{NAME}: round {number}: {picked / count / 2:.2f} of its walks end at the target")
+        policy = deepcopy(network).cpu().eval()
+        for walked in walk_episodes(self._pairs, planned, policy, self._workspace.processes):
+            decided += walked.decisions
+            picked += walked.picked
+        self._report(f"{NAME}: round {number}: {picked / len(planned) / 2:.2f} of its walks end at the target")
         return decided
-
-
-def walk_turns(
-    pair: tuple[Course, Course], reading: int, seed: Sequence[int], policy: MapPolicy | None = None
-) -> tuple[list[LabelledDecision], int]:
-    """Walk both turns of an episode; the second starts where the first ended.
-
-    Args:
-        pair: courses of the two turns.
-        reading: index of the first turn's reading; the second turn uses the next one.
-        seed: seed of perception errors and of random detours.
-        policy: policy that walks; None for walks along the paths.
-
-    Returns:
-        The decisions, and the number of targets that were picked up.
-    """
-    draws = np.random.default_rng(tuple(seed))
-    faults = PerceptionErrorRates().scaled(0.0 if draws.random() < PERFECT_SHARE else draws.uniform(0.5, 1.5))
-    decided: list[LabelledDecision] = []
-    picked, body = 0, None
-    for course in pair:
-        # The two turns use different readings.
-        rows = course.readings[(reading + course.turn) % len(course.readings)]
-        if policy is None:
-            walked = walk(course, rows, faults, draws, body=body)
-        else:
-            walked = walk(course, rows, faults, draws, policy.option_values, astray=0.05, body=body)
-        decided += walked.decisions
-        picked += walked.picked == 0
-        body = walked.body
-    return decided, picked

@@ -67,6 +67,10 @@ class PolicyBatch(NamedTuple):
     trace: Tensor
     state: Tensor
 
+    def to(self, device: str) -> "PolicyBatch":
+        """Copy the batch to a device."""
+        return PolicyBatch(*(tensor.to(device) for tensor in self))
+
 
 def batch_of(samples: list[PolicyInput]) -> PolicyBatch:
     """Stack inputs to a batch."""
@@ -82,17 +86,18 @@ def tensors_of(sample: PolicyInput) -> PolicyBatch:
 def direction_bins(right: Tensor, ahead: Tensor) -> Tensor:
     """Encode directions as soft bins: weights of the two nearest of DIRECTIONS, (..., DIRECTIONS)."""
     place = torch.atan2(right, ahead) * (DIRECTIONS / (2.0 * math.pi))
-    apart = torch.remainder(place[..., None] - torch.arange(DIRECTIONS) + DIRECTIONS / 2, DIRECTIONS) - DIRECTIONS / 2
+    middles = torch.arange(DIRECTIONS, device=place.device)
+    apart = torch.remainder(place[..., None] - middles + DIRECTIONS / 2, DIRECTIONS) - DIRECTIONS / 2
     return (1.0 - apart.abs()).clamp(min=0.0)
 
 
 def soft_bins(values: Tensor, middles: tuple[float, ...]) -> Tensor:
     """Encode values as soft bins: weights of the two nearest centres, (..., centres)."""
-    known = torch.tensor(middles)
+    known = torch.tensor(middles, device=values.device)
     inside = values.clamp(middles[0], middles[-1]).contiguous()
     upper = torch.searchsorted(known, inside).clamp(1, len(middles) - 1)
     share = (inside - known[upper - 1]) / (known[upper] - known[upper - 1])
-    found = torch.zeros(*values.shape, len(middles))
+    found = torch.zeros(*values.shape, len(middles), device=values.device)
     found.scatter_(-1, upper[..., None], share[..., None])
     return found.scatter_add_(-1, upper[..., None] - 1, 1.0 - share[..., None])
 
@@ -189,7 +194,7 @@ class PolicyNetwork(nn.Module):
                 batch.rows.any(2),
                 batch.things[:, :, 0] > 0.0,
                 batch.trace[:, :, 0] > 0.0,
-                torch.ones(len(tokens), DIRECTIONS + 1, dtype=torch.bool),
+                torch.ones(len(tokens), DIRECTIONS + 1, dtype=torch.bool, device=tokens.device),
             ],
             1,
         )

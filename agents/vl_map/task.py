@@ -79,10 +79,13 @@ class DecisionTask:
         batch: number of decisions in a batch.
         seed: seed of the order of the decisions.
         precision: "float32" or "bfloat16".
+        device: device of the network.
     """
 
-    def __init__(self, network: PolicyNetwork, batch: int, seed: int, precision: str = "float32") -> None:
-        self.network, self._batch, self._seed = network, batch, seed
+    def __init__(
+        self, network: PolicyNetwork, batch: int, seed: int, precision: str = "float32", device: str = "cpu"
+    ) -> None:
+        self.network, self._batch, self._seed, self._device = network, batch, seed, device
         self._type = getattr(torch, precision)
         self._arrays: Arrays = {}
 
@@ -105,8 +108,9 @@ class DecisionTask:
         sample = PolicyInput(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         labels = torch.tensor(self._arrays["label"][chosen])
         labels[:half, 0] *= -1.0
-        with torch.autocast("cpu", self._type, enabled=self._type is not torch.float32):
-            logits, progress = self.network.predict(tensors_of(sample))
+        labels = labels.to(self._device)
+        with torch.autocast(self._device, self._type, enabled=self._type is not torch.float32):
+            logits, progress = self.network.predict(tensors_of(sample).to(self._device))
         choice = option_loss(logits.float(), labels)
         return Loss(choice + PROGRESS * functional.cross_entropy(progress.float(), labels[:, 3].long()))
 

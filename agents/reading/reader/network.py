@@ -83,7 +83,7 @@ class ReaderNetwork(nn.Module):
         """Decode texts greedily to rows, (B, rows, slots); rows after an end row are meaningless."""
         memory = self._encode(texts)
         state = self._first(texts, memory)
-        row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long)
+        row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long, device=texts.device)
         rows = []
         for _ in range(MAX_ROWS):
             state, found = self._step(self._embed(row)[:, 0], state, memory, texts == 0)
@@ -99,7 +99,8 @@ class ReaderNetwork(nn.Module):
         is_word = (texts != 0)[:, :, None]
         words = self.dropout(self.words(texts))
         words = words + functional.relu(self.phrases(words.transpose(1, 2))).transpose(1, 2) * is_word
-        packed = nn.utils.rnn.pack_padded_sequence(words, is_word.sum((1, 2)), batch_first=True, enforce_sorted=False)
+        lengths = is_word.sum((1, 2)).cpu()
+        packed = nn.utils.rnn.pack_padded_sequence(words, lengths, batch_first=True, enforce_sorted=False)
         memory: Tensor = nn.utils.rnn.pad_packed_sequence(self.encoder(packed)[0], True, total_length=texts.shape[1])[0]
         return memory
 
@@ -107,9 +108,9 @@ class ReaderNetwork(nn.Module):
         """Return the decoder's state before the first row."""
         mean = memory.sum(1) / (texts != 0).sum(1, keepdim=True)
         hidden = torch.tanh(self.start(mean))
-        looks = torch.zeros(len(texts), 2 * len(PARTS), texts.shape[1])
+        looks = memory.new_zeros(len(texts), 2 * len(PARTS), texts.shape[1])
         looks[:, :, 0] = 1.0
-        return hidden, torch.zeros_like(hidden), torch.zeros(len(texts), len(PARTS) * memory.shape[2]), looks
+        return hidden, torch.zeros_like(hidden), memory.new_zeros(len(texts), len(PARTS) * memory.shape[2]), looks
 
     def _step(self, before: Tensor, state: State, memory: Tensor, is_filling: Tensor) -> tuple[State, Tensor]:
         """Return the state after a row, and the features of each of its parts, (B, parts, decoder + 2 encoder)."""

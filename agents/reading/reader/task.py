@@ -65,10 +65,12 @@ class ReadingTask:
         examples: training examples, reshuffled in each epoch.
         batch: number of examples in a batch.
         seed: seed of the order.
+        device: device of the network.
     """
 
-    def __init__(self, network: ReaderNetwork, examples: Examples, batch: int, seed: int) -> None:
+    def __init__(self, network: ReaderNetwork, examples: Examples, batch: int, seed: int, device: str = "cpu") -> None:
         self.network, self._examples, self._batch, self._seed = network, examples, batch, seed
+        self._device = device
         self._epoch, self._places = 0, self._order(0)
 
     def loss(self, step: int) -> Loss:
@@ -80,8 +82,9 @@ class ReadingTask:
         texts = texts[:, : int((texts != 0).sum(1).max())]
         rows = rows[:, : int(lengths.max())]
         hidden = (torch.rand(texts.shape) < UNKNOWN_SHARE) & (texts != 0)
-        logits = self.network(texts.masked_fill(hidden, UNKNOWN), rows)
-        counted = torch.arange(rows.shape[1]) < lengths[:, None]
+        counted = (torch.arange(rows.shape[1]) < lengths[:, None]).to(self._device)
+        rows = rows.to(self._device)
+        logits = self.network(texts.masked_fill(hidden, UNKNOWN).to(self._device), rows)
         losses = [
             functional.cross_entropy(logits[name][counted], rows[:, :, number][counted])
             for number, name in enumerate(SLOTS)
@@ -129,11 +132,12 @@ class ReadingScores:
 def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingScores]:
     """Return the scores of examples by language."""
     network.eval()
+    device = next(network.parameters()).device
     right: dict[str, list[tuple[int, int, bool]]] = {}
     for first in range(0, len(examples.texts), SCORE_BATCH):
         some = slice(first, first + SCORE_BATCH)
         texts = examples.texts[some]
-        found = network.read(texts)
+        found = network.read(texts.to(device)).cpu()
         for row, truth, length, language in zip(
             found, examples.rows[some], examples.lengths[some].tolist(), examples.languages[some], strict=True
         ):

@@ -160,7 +160,11 @@ def _learn(
         training_inputs=TrainingInputs(as_json(recipe), examples.digest()),
     )
     Trainer(
-        ReadingTask(network, examples, recipe.batch, recipe.seed), settings, workspace.output, report, validate
+        ReadingTask(network.to(workspace.device), examples, recipe.batch, recipe.seed, workspace.device),
+        settings,
+        workspace.output,
+        report,
+        validate,
     ).run()
 
 

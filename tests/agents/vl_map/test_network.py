@@ -51,6 +51,13 @@ def test_samples_of_a_batch_do_not_affect_each_other(network: PolicyNetwork) -> 
         torch.testing.assert_close(network(batch_of([each]))[0], together[number], rtol=1e-4, atol=1e-4)
 
 
+def test_no_tensor_stays_on_the_cpu(network: PolicyNetwork) -> None:
+    """The device "meta" computes shapes alone, and refuses tensors of other devices like a GPU."""
+    logits, progress = network.to("meta").predict(batch_of([sample()[0]]).to("meta"))
+    assert logits.shape == (1, OPTIONS)
+    assert logits.device.type == progress.device.type == "meta"
+
+
 def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) -> None:
     given, beliefs = sample()
     policy = MapPolicy(network)
