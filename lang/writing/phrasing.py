@@ -323,9 +323,9 @@ class Phraser:
     def wheres(self, wheres: tuple[Where, ...], *, top: bool) -> str:
         """Return relations as one text; `top` if their subject is the sentence's subject, not a landmark."""
         text, focus = "", self.focus
-        wheres = self._joined_wheres(wheres) if top else wheres
+        wheres = self._joined_wheres(wheres, top=top)
         for number, where in enumerate(wheres):
-            content = self._where(where, top=top)
+            content = self._where(where, top=top, alone=len(wheres) == 1)
             if number:
                 key = "nested where"
                 if top:
@@ -341,13 +341,17 @@ class Phraser:
         self.focus = focus
         return text
 
-    def _joined_wheres(self, wheres: tuple[Where, ...]) -> tuple[Where, ...]:
-        """Return relations, the same one to two plain things as one if the language has words ("next to X and Y")."""
+    def _joined_wheres(self, wheres: tuple[Where, ...], *, top: bool) -> tuple[Where, ...]:
+        """Return relations, the same one to two plain things as one if the language has words ("next to X and Y").
+
+        Those that identify a landmark (not `top`) need words of their own.
+        """
         if len(wheres) != 2 or wheres[0].relation != wheres[1].relation or any(where.exactly for where in wheres):
             return wheres
         things = tuple(thing for where in wheres for thing in where.things)
         plain = len(things) == 2 and not any(t.number or t.where or t.kind == "you" for t in things)
-        patterns = self.grammar.where.get(wheres[0].relation, ()) if plain and wheres[0].relation != "between" else ()
+        name = wheres[0].relation if top else f"{wheres[0].relation} nested"
+        patterns = self.grammar.where.get(name, ()) if plain and wheres[0].relation != "between" else ()
         return (_Pair(wheres[0].relation, things),) if self.fitting(patterns, ("thing", "other")) else wheres
 
     def _placed(self, where: Where) -> str:
@@ -376,9 +380,10 @@ class Phraser:
         self.mentioned_things += where.things
         return text
 
-    def _where(self, where: Where, *, top: bool) -> str:
+    def _where(self, where: Where, *, top: bool, alone: bool) -> str:
         listed = self.grammar.where
-        if top and (placed := self._placed(where)):
+        # Beside another relation, a clause about the landmark would be one clause too many.
+        if top and alone and (placed := self._placed(where)):
             return placed
         content: dict[str, Value] = dict(zip(("thing", "other"), where.things, strict=False))
         if not isinstance(where, _Pair):

@@ -88,3 +88,22 @@ def test_two_walls_and_one_noun_for_two_things() -> None:
     texts = written(on_another)
     assert found(texts, "(^|। )टीवी (को )?(?!.*टेलीविज़न).*टीवी (के|पर)|बस ") == []
     assert {HINDI.read(text, "assembly") for text in texts} == {on_another}
+
+
+def test_beside_another_place_a_landmark_is_told_in_few_words() -> None:
+    hourglass, bucket = Thing("hourglass", "blue", "dotted", identity="1"), Thing("bucket", "white", identity="3")
+    tv = Thing("tv", "green", "striped", where=(Where("behind", (hourglass,)),), identity="2")
+    meaning = Assembly((), MUG, (Where("right_of", (bucket,)), Where("diagonal_to", (tv,))))
+    texts = written(meaning)
+    assert found(texts, "जो .*जो ") == []
+    assert len(found(texts, "पीछे वाले [^।]*(से तिरछी दिशा में|की तिरछी तरफ़) ")) == len(texts)
+    assert {HINDI.read(text, "assembly") for text in texts} == {meaning}
+
+
+def test_two_things_beside_a_landmark_are_joined() -> None:
+    beside = tuple(Where("near", (thing,)) for thing in (CONE, BENCH))
+    mug = Thing("mug", "red", "striped", where=beside, identity="9")
+    meaning = Navigation((Rotate("left"), Walk("to", (mug,))), mug)
+    texts = written(meaning)
+    assert found(texts, " व ") == []
+    assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
