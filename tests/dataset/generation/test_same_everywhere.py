@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "c0de56544f8365f2e2f745c64846d7e316a88047b29899f9ccd49543d5a6599d",
-    "digest": "bbbfb212cce471a3a87becd32971cb920123ece45b5fa2db56038a4cdb33a561",
+    "data": "529fc882ce848be9b9ebf725ce4d3d5b6f017e5ec4819c4216c7c5e98c5979fa",
+    "digest": "23e537e6a365464bffaa1f86288c17d10430b0a78c957527e55a23d2ba1698d5",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
