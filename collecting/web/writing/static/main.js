@@ -1,6 +1,7 @@
 // The write page: connects the walk, the four texts, their drafts and the page.
 import { Drafts } from "./drafts.js";
 import { Evidence } from "./evidence.js";
+import { Fit } from "./fit.js";
 import { listen } from "./keys.js";
 import { PageView } from "./page.js";
 import { Server, randomHex } from "./server.js";
@@ -14,6 +15,7 @@ const server = new Server(settings.base, settings.csrf);
 const page = new PageView(words, parts.map(({ target }) => target), settings.language, settings.max_characters);
 const evidence = new Evidence({});
 const submission = randomHex();
+const fit = new Fit();
 
 let typed = parts.map(() => "");     // the texts, by part
 let findings = parts.map(() => []);  // of what was last saved
@@ -41,6 +43,7 @@ const drafts = new Drafts(server, settings.task, () => ({ position: walk.positio
     findings = answer.findings;
     page.saved(drafts.isDirty ? "unsaved" : "saved"); // something may have been typed meanwhile
     if (!isComposing) showFindings();
+    if (!isComposing && !drafts.isDirty) page.news(noteFit()[walk.part]);
     showPart();
   },
   waits: () => page.saved("unsaved"),
@@ -71,6 +74,7 @@ async function open() {
   const unsaved = aside ? aside.texts : [];
   typed = restored ? restored.texts : draft.texts;
   findings = draft.findings;
+  noteFit();
   Object.assign(evidence.counts, draft.evidence);
   page.aside(unsaved.filter((one) => one && !draft.texts.includes(one)));
   text.readOnly = false;
@@ -101,6 +105,7 @@ function enterPart() {
   text.value = typed[walk.part];
   evidence.changed(text);
   page.count(text.value);
+  page.news("");
   showFindings();
   showPart();
 }
@@ -109,12 +114,21 @@ function showFindings() {
   page.findings(typed[walk.part], typed[walk.part].trim() ? findings[walk.part] : []);
 }
 
+// Returns by part whether its text now fits. An empty text is none that fits: it is as it was before.
+function noteFit() {
+  return parts.map((_, part) => (typed[part].trim() ? fit.take(part, findings[part]) : ""));
+}
+
 // A text as it stands counts only when the input method is done with it.
 function takeText() {
   typed[walk.part] = text.value.normalize("NFC");
   page.count(text.value);
   showPart();
-  if (text.value.length > settings.max_kept) page.saved("too_large"); else drafts.change();
+  if (text.value.length > settings.max_kept) {
+    fit.overflow(walk.part);
+    page.saved("too_large");
+    page.news("");
+  } else drafts.change();
 }
 
 text.addEventListener("compositionstart", () => { isComposing = true; });
@@ -157,6 +171,7 @@ async function submit() {
     drafts.isStopped = false;
     if (error.status === 422) {
       findings = error.answer.findings;
+      noteFit();
       const blocked = parts.findIndex((_, i) => findings[i].some(({ severity }) => severity === "blocked"));
       if (blocked >= 0 && blocked !== walk.part) walk.enter(blocked); else enterPart();
       page.status(words.mend_first);

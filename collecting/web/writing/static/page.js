@@ -96,6 +96,12 @@ export class PageView {
     element("count").classList.toggle("over", length > this.maxCharacters);
   }
 
+  // What has become better; "" for nothing. Screen readers would read the same words again if they were set again.
+  news(key) {
+    const words = this.texts[key] ?? "";
+    if (element("news").textContent !== words) element("news").textContent = words;
+  }
+
   saved(key) { element("saved").textContent = this.texts[key] ?? ""; }
 
   findings(text, findings) {

@@ -77,7 +77,7 @@ OWN = {"consent": "Mine.", "consent_in": {"hi": "मेरा।"}, "licence": "
 @pytest.mark.parametrize(
     ("settings", "language", "shown", "text"),
     [
-        ({}, "hi", "hi", "छद्म नाम से रखे जाते हैं"),
+        ({}, "hi", "hi", "एक पहचान कोड के साथ रखे जाते हैं"),
         (OWN, "hi", "hi", "<p>मेरा।</p>"),
         (OWN, "en", "en", "<p>Mine.</p>"),
         ({"consent": "Mine."}, "hi", "en", "<p>Mine.</p>"),

@@ -147,6 +147,36 @@ def test_words_at_fault_are_marked_and_block(browser: Browser, site: WriteSite) 
         expect(page.locator("#parts button").first).to_have_attribute("data-state", "blocked")
 
 
+@pytest.mark.parametrize(
+    ("language", "fits", "fits_in_length"),
+    [
+        ("en", "Your text now fits: nothing in it must be corrected.", "The length of your text now fits."),
+        ("hi", "अब आपका निर्देश ठीक है: इसमें कुछ सुधारना ज़रूरी नहीं।", "अब आपके निर्देश की लंबाई ठीक है।"),
+    ],
+)
+def test_a_text_that_now_fits_is_told_so(
+    browser: Browser, site: WriteSite, language: str, fits: str, fits_in_length: str
+) -> None:
+    writer = site.writer()
+    counted = f"{TEXTS[0]} Walk two steps."
+    with window(browser, writer) as context:
+        page = opened(context, writer, language)
+        news = page.locator("#news")
+        expect(news).to_have_attribute("role", "status")
+        for text, told, faults in (
+            ("Walk.", "", 1),
+            (TEXTS[0], fits, 0),
+            ("a" * 10_001, "", 0),  # so long that it is not even saved, and not checked
+            (TEXTS[0], fits, 0),
+            (f"{counted} {TEXTS[1]} {TEXTS[2]}", "", 1),  # more than the 200 characters of this collection
+            (counted, fits_in_length, 1),
+            (TEXTS[0], fits, 0),
+        ):
+            page.fill("#text", text)
+            expect(news).to_have_text(told)
+            expect(page.locator("#findings .blocked")).to_have_count(faults)
+
+
 def test_what_is_missing_is_said_before_submitting(browser: Browser, site: WriteSite) -> None:
     writer = site.writer()
     writer.open(OTHER_EDITOR)
