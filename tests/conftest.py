@@ -16,6 +16,7 @@ from arramon_server.sim.raster.camera import compile_kernels
 from tests import forked_pools, limits, tiny
 from tests.faults.clients import EPISODES, UndisturbedRun, journal_url, undisturbed
 from tests.forked import Forked
+from tests.order import slow_first
 from tests.serving import Server
 from tests.shared import shared_folder
 from tests.signals import let_programs_be_stopped
@@ -77,7 +78,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put files with slow tests first, so that at the end no process is left with one of them."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    items[:] = slow_first(items, lambda item: item.path, slow, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
 
 
 def pytest_collection_finish() -> None:

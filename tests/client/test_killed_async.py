@@ -1,4 +1,4 @@
-"""An agent that waits, killed at random moments: no call is paid twice, except those in flight."""
+"""An agent that waits, killed at moments all over its calls: no call is paid twice, except those in flight."""
 
 import random
 import subprocess
@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from tests.client.fake import RUN, Recorder, Servicer, World, serving
+from tests.moments import spread_moments
 
 PARALLEL = 3
 AGENT = """
@@ -67,9 +68,9 @@ class Client:
         assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("kills", [2, pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [2, pytest.param(16, marks=pytest.mark.slow)])
 def test_recorded_steps_are_never_asked_again(tmp_path: Path, kills: int) -> None:
-    world, moments = World(episodes=6, steps=4 * kills), random.Random(kills)
+    world, chance = World(episodes=6, steps=4 * kills), random.Random(kills)
     recorded: list[dict[str, int]] = []  # By life of the client: steps of each episode that were recorded before.
     calls: list[list[tuple[str, str, int]]] = []  # By life: the agent's calls.
 
@@ -81,9 +82,9 @@ def test_recorded_steps_are_never_asked_again(tmp_path: Path, kills: int) -> Non
 
     with serving(Servicer(world)) as address:
         client = Client(address, tmp_path)
-        for kill in range(kills):
-            options, least = (("--resume", RUN), moments.randrange(60)) if kill else ((), 1)
-            note_life(partial(client.play_and_kill, *options, calls=least, seconds=moments.uniform(0, 0.02)))
+        for kill, moment in enumerate(spread_moments(kills, 0.02, seed=kills)):
+            options, least = (("--resume", RUN), chance.randrange(60)) if kill else ((), 1)
+            note_life(partial(client.play_and_kill, *options, calls=least, seconds=moment))
         note_life(client.play_to_the_end)
     assert world.actions == {
         episode_id: [Recorder.rule(episode_id, step) for step in range(world.steps)] for episode_id in world.order

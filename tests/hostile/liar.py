@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import grpc
@@ -264,23 +265,36 @@ def image(channels: int) -> types_pb2.Image:
 PIXELS = np.zeros((8192, 8192, 3), np.uint8)
 
 
-def bombs() -> list[tuple[str, types_pb2.Image]]:
-    """Images of few bytes that become many, or take long."""
+BOMBS = (
+    "zstd",
+    "zstd of another size",
+    "jpeg",
+    "jpeg of another size",
+    "progressive jpeg",
+    "padded jpeg",
+    "nothing",
+    "shared",
+)
+
+
+@cache
+def bombs() -> dict[str, types_pb2.Image]:
+    """Images of few bytes that become many, or take long, by the names in `BOMBS`."""
     zero = zstandard.ZstdCompressor(level=19).compress(bytes(8192 * 8192 * 3))
     small = np.zeros((SIZE, SIZE, 3), np.uint8)
     large = simplejpeg.encode_jpeg(PIXELS, quality=50)
     progressive = simplejpeg.encode_jpeg(small).replace(b"\xff\xc0", b"\xff\xc2")
     zstd, jpeg = types_pb2.ENCODING_ZSTD, types_pb2.ENCODING_JPEG
-    return [
-        ("zstd", types_pb2.Image(height=8192, width=8192, encoding=zstd, data=zero)),
-        ("zstd of another size", types_pb2.Image(height=SIZE, width=SIZE, encoding=zstd, data=zero)),
-        ("jpeg", types_pb2.Image(height=8192, width=8192, encoding=jpeg, data=large)),
-        ("jpeg of another size", types_pb2.Image(height=SIZE, width=SIZE, encoding=jpeg, data=large)),
-        ("progressive jpeg", types_pb2.Image(height=SIZE, width=SIZE, encoding=jpeg, data=progressive)),
-        ("padded jpeg", types_pb2.Image(height=SIZE, width=SIZE, encoding=jpeg, data=bytes(progressive) * 100)),
-        ("nothing", types_pb2.Image(height=0, width=SIZE, encoding=types_pb2.ENCODING_RAW)),
-        ("shared", types_pb2.Image(height=SIZE, width=SIZE, encoding=types_pb2.ENCODING_SHARED, place=2**63)),
-    ]
+    return {
+        "zstd": types_pb2.Image(height=8192, width=8192, encoding=zstd, data=zero),
+        "zstd of another size": types_pb2.Image(height=SIZE, width=SIZE, encoding=zstd, data=zero),
+        "jpeg": types_pb2.Image(height=8192, width=8192, encoding=jpeg, data=large),
+        "jpeg of another size": types_pb2.Image(height=SIZE, width=SIZE, encoding=jpeg, data=large),
+        "progressive jpeg": types_pb2.Image(height=SIZE, width=SIZE, encoding=jpeg, data=progressive),
+        "padded jpeg": types_pb2.Image(height=SIZE, width=SIZE, encoding=jpeg, data=bytes(progressive) * 100),
+        "nothing": types_pb2.Image(height=0, width=SIZE, encoding=types_pb2.ENCODING_RAW),
+        "shared": types_pb2.Image(height=SIZE, width=SIZE, encoding=types_pb2.ENCODING_SHARED, place=2**63),
+    }
 
 
 def serialize(message: Message) -> bytes:

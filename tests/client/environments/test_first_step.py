@@ -25,8 +25,15 @@ print(*sys.modules)
 """
 
 
-@pytest.mark.parametrize(("made", "action"), [("make", "0"), ("make_vec", "[0]")])
-@pytest.mark.parametrize("name", ["arramon/ArraMon-v0", "ArraMon-v0", "arramon/ArraMonRoom-v0", "ArraMonRoom-v0"])
+MADE = [  # each function with each task, and each of both with a name with and without the namespace
+    ("make", "0", "arramon/ArraMon-v0"),
+    ("make_vec", "[0]", "ArraMon-v0"),
+    ("make", "0", "ArraMonRoom-v0"),
+    ("make_vec", "[0]", "arramon/ArraMonRoom-v0"),
+]
+
+
+@pytest.mark.parametrize(("made", "action", "name"), MADE)
 def test_the_first_step_imports_only_what_it_needs(
     made: str, action: str, name: str, data: Path, tmp_path: Path
 ) -> None:

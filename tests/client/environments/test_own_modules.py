@@ -4,9 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-NAMES = ("agents", "dataset", "lang", "server")
+NAMES = {"agents": "agents/__init__.py", "dataset": "dataset.py", "lang": "lang/__init__.py", "server": "server.py"}
+"""The learner's packages and modules, and their files."""
 
 PROGRAM = """
 import sys
@@ -29,11 +28,10 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("package", [True, False], ids=["packages", "modules"])
-def test_environments_play_beside_modules_of_any_name(package: bool, data: Path, tmp_path: Path) -> None:
+def test_environments_play_beside_modules_of_any_name(data: Path, tmp_path: Path) -> None:
     """In this process and in those of a vector environment, which import the learner's program again."""
-    for name in NAMES:
-        path = tmp_path / (f"{name}/__init__.py" if package else f"{name}.py")
+    for name, file in NAMES.items():
+        path = tmp_path / file
         path.parent.mkdir(exist_ok=True)
         path.write_text(f"OWN = {name!r}")
     (tmp_path / "learn.py").write_text(PROGRAM)

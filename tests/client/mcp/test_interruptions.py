@@ -1,7 +1,6 @@
-"""Processes killed and connections reset at random moments: no step is taken twice, and none is lost."""
+"""Processes killed and connections reset at moments all over a call: no step is taken twice, and none is lost."""
 
 import asyncio
-import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from arramon_client.world import Action
 from tests import tiny
 from tests.client.mcp.players import Player
 from tests.client.mcp.processes import START, STEPS, HttpProcess, StdioProcess, check_same
+from tests.moments import spread_moments
 from tests.relay import Relay
 from tests.serving import Server
 
@@ -33,13 +33,13 @@ class Interruptions:
     def __init__(self, number: int, interrupt: Callable[[], None]) -> None:
         self.left = number
         self._interrupt = interrupt
-        self._chance = random.Random(number)
+        self._moments = iter(spread_moments(number, LATEST, seed=number))
         self._latest: asyncio.Task[None] | None = None
 
     async def before_act(self) -> None:
         if self.left > 0 and (self._latest is None or self._latest.done()):
             self.left -= 1
-            self._latest = asyncio.create_task(self._later(self._chance.uniform(0.0, LATEST)))
+            self._latest = asyncio.create_task(self._later(next(self._moments)))
         if self._latest is not None and self._latest.done():
             self._latest.result()
 
@@ -72,7 +72,7 @@ def play(server: Server, connect: Callable[[], Client], number: int, interrupt: 
 
 @pytest.mark.parametrize(
     ("mode", "number"),
-    [("auto", 5), pytest.param("auto", 40, marks=pytest.mark.slow), pytest.param("legacy", 15, marks=pytest.mark.slow)],
+    [("auto", 5), pytest.param("auto", 16, marks=pytest.mark.slow), pytest.param("legacy", 8, marks=pytest.mark.slow)],
 )
 def test_killed_processes_take_no_step_twice(server: Server, mode: str, number: int) -> None:
     process = HttpProcess(server.address)
@@ -82,7 +82,7 @@ def test_killed_processes_take_no_step_twice(server: Server, mode: str, number: 
 
 @pytest.mark.parametrize(
     ("mode", "number"),
-    [("auto", 5), pytest.param("auto", 10, marks=pytest.mark.slow), pytest.param("legacy", 15, marks=pytest.mark.slow)],
+    [("auto", 5), pytest.param("auto", 10, marks=pytest.mark.slow), pytest.param("legacy", 8, marks=pytest.mark.slow)],
 )
 def test_reset_connections_take_no_step_twice(server: Server, mode: str, number: int) -> None:
     process = HttpProcess(server.address)
@@ -95,7 +95,7 @@ def test_reset_connections_take_no_step_twice(server: Server, mode: str, number:
 @pytest.mark.slow
 def test_killed_processes_of_a_host_take_no_step_twice(server: Server, tmp_path: Path) -> None:
     process = StdioProcess(tmp_path, "--server", server.address)
-    play(server, lambda: Client(process.parameters, read_timeout_seconds=60), 20, process.restart)
+    play(server, lambda: Client(process.parameters, read_timeout_seconds=60), 8, process.restart)
 
 
 def test_acts_of_a_run_that_is_over_are_answered_again_by_another_process(server: Server) -> None:
