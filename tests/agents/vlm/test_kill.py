@@ -1,4 +1,4 @@
-"""The client is killed at moments all over a call: no answered call is paid twice, and the run ends as an undisturbed one."""
+"""The client is killed at moments all over a call: no answered call is paid twice, and no result is changed."""
 
 import json
 import math
