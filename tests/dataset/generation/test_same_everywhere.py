@@ -20,6 +20,7 @@ EXPECTED = {
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("physics", [pytest.param("pybullet", marks=needs_pybullet), "plane"])
 def test_data_and_scores_are_the_same_everywhere(tmp_path: Path, physics: str) -> None:
     command = [sys.executable, "-m", "tests.wanderer", str(tmp_path), physics]

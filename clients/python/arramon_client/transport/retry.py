@@ -13,8 +13,9 @@ Answer = TypeVar("Answer")
 FIRST_DELAY, LAST_DELAY = 0.1, 2.0
 """Shortest and longest delay in seconds between attempts to reconnect; each is randomly shortened by up to half."""
 
-QUIET_ATTEMPTS = 3
-"""Number of attempts in a row after which the participant is notified although their failure is to be expected."""
+QUIET_ATTEMPTS = 6
+"""Number of attempts in a row after which the participant is notified although their failure is to be expected. Every
+other one may go to the address of a process that has ended, and the first one elsewhere may still reach that process."""
 
 PATIENCE = 300.0
 """Seconds without progress after which the client gives up."""
