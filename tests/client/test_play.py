@@ -86,7 +86,7 @@ MOVED = [
     [grpc.StatusCode.UNAVAILABLE],
     [None, grpc.StatusCode.CANCELLED],
     [grpc.StatusCode.CANCELLED, grpc.StatusCode.UNAVAILABLE],
-    # Its own process ends the stream, gRPC refuses it at the common address, its own process is gone: the next one moves.
+    # Its process ends the stream, gRPC refuses it at the common address, its process is gone: the next one moves.
     [None, grpc.StatusCode.CANCELLED, grpc.StatusCode.UNAVAILABLE],
 ]
 

@@ -15,7 +15,7 @@ FIRST_DELAY, LAST_DELAY = 0.1, 2.0
 
 QUIET_ATTEMPTS = 6
 """Number of attempts in a row after which the participant is notified although their failure is to be expected. Every
-other one may go to the address of a process that has ended, and the first one elsewhere may still reach that process."""
+other one may go to a process that has ended, and the first one elsewhere may still reach that process."""
 
 PATIENCE = 300.0
 """Seconds without progress after which the client gives up."""
