@@ -20,11 +20,12 @@ export class Flags {
     this.form.classList.add("live");
   }
 
-  // The episode has ended: all boxes, and the button that hands the task in.
+  // The episode has ended: all boxes, and the button that hands the task in; to give the task back would only lose it.
   end() {
     this.form.classList.remove("live");
     for (const group of this.form.querySelectorAll("fieldset")) group.hidden = false;
     this.form.hidden = false;
+    element("flags-later").hidden = element("give-back").hidden = true;
     element("hand-in").hidden = false;
     element("hand-in").scrollIntoView({ block: "nearest" });
     element("done").hidden = false;

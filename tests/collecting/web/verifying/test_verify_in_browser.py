@@ -75,6 +75,8 @@ def test_a_text_is_followed_flagged_and_handed_in(browser: Browser, site: Verify
         expect(page.locator(".tips")).to_have_attribute("open", "")
         expect(page.locator("#frame")).to_be_focused()
         expect(page.locator("#progress")).to_be_hidden()  # there is one text
+        expect(page.locator("#flags-later")).to_be_visible()
+        expect(page.get_by_role("button", name="Give this task back")).to_be_visible()
         press(page, tiny.ACTIONS[:3])
         expect(page.locator("#outcome")).to_contain_text("You picked up an object. Whether it is the right one")
         expect(page.locator("#carried")).to_have_text("an object")
@@ -88,6 +90,10 @@ def test_a_text_is_followed_flagged_and_handed_in(browser: Browser, site: Verify
         page.keyboard.press(KEYS[tiny.P])
         expect(page.locator("#done")).to_be_focused()
         expect(page.locator("fieldset:visible")).to_have_count(4)
+        expect(page.locator("#flags-later")).to_be_hidden()
+        expect(
+            page.get_by_role("button", name="Give this task back")
+        ).to_be_hidden()  # it would only lose what was done
         expect(page.locator("svg.map")).to_have_count(0)  # neither maps nor scores
         with page.expect_response("**/flags"):
             page.locator('[name="flag-2-assembly-wrong"]').check()
