@@ -91,9 +91,7 @@ def test_a_text_is_followed_flagged_and_handed_in(browser: Browser, site: Verify
         expect(page.locator("#done")).to_be_focused()
         expect(page.locator("fieldset:visible")).to_have_count(4)
         expect(page.locator("#flags-later")).to_be_hidden()
-        expect(
-            page.get_by_role("button", name="Give this task back")
-        ).to_be_hidden()  # it would only lose what was done
+        expect(page.get_by_role("button", name="Give this task back")).to_be_hidden()  # all is done
         expect(page.locator("svg.map")).to_have_count(0)  # neither maps nor scores
         with page.expect_response("**/flags"):
             page.locator('[name="flag-2-assembly-wrong"]').check()
