@@ -32,5 +32,6 @@ def test_two_processes_walk_like_one(pairs: list[CoursePair], by_policy: bool) -
         assert one.picked == two.picked
         assert [each.label for each in one.decisions] == [each.label for each in two.decisions]
         for ours, theirs in zip(one.decisions, two.decisions, strict=True):
-            assert all(np.array_equal(*both) for both in zip(ours.sample, theirs.sample, strict=True))
+            for a, b in zip(ours.sample, theirs.sample, strict=True):
+                assert np.array_equal(np.asarray(a), np.asarray(b))
     assert any(each.decisions for each in alone)
