@@ -39,6 +39,7 @@ class MomentViews:
         notes: notes of its agent, by step.
         steps_per_phase: step limit of a phase.
         shows_truth: whether to show what depends on the ground truth.
+        shows_places: whether to show places and headings, from which a map is drawn.
 
     Attributes:
         moments: the moments, as of now.
@@ -54,6 +55,7 @@ class MomentViews:
         steps_per_phase: int,
         *,
         shows_truth: bool,
+        shows_places: bool = True,
     ) -> None:
         self._t = t
         self._episode = episode
@@ -62,6 +64,7 @@ class MomentViews:
         self._notes = {step: shown_note(t, note) for step, note in notes.items()}
         self._steps_per_phase = steps_per_phase
         self._shows_truth = shows_truth
+        self._shows_places = shows_places
         self._note_at, self._reading_at = self._applicable()
 
     @property
@@ -72,9 +75,9 @@ class MomentViews:
     def view(self, step: int) -> dict[str, Any]:
         """Return one moment.
 
-        Keys: `step`, `turn`, `phase`, `place` ([x, y] on the map of its phase), `heading` (degrees), `action` and
-        `answer` (texts), `left` (steps), `carried` (text), `ndtw` and `distance` (texts; empty if not shown), `marks`,
-        `note` and `reading` (the steps of the notes that apply; -1 for none).
+        Keys: `step`, `turn`, `phase`, `place` ([x, y] on the map of its phase) and `heading` (degrees; both None if not
+        shown), `action` and `answer` (texts), `left` (steps), `carried` (text), `ndtw` and `distance` (texts; empty if
+        not shown), `marks`, `note` and `reading` (the steps of the notes that apply; -1 for none).
         """
         moment = self.moments[step]
         state, t = moment.state, self._t
@@ -84,8 +87,8 @@ class MomentViews:
             "step": step,
             "turn": state.turn,
             "phase": state.phase.value,
-            "place": self._place(moment),
-            "heading": round(state.room_heading if in_room else state.pose.heading),
+            "place": self._place(moment) if self._shows_places else None,
+            "heading": round(state.room_heading if in_room else state.pose.heading) if self._shows_places else None,
             "action": self._action_text(moment),
             "answer": self._answer(moment),
             "left": max(self._steps_per_phase - state.phase_step, 0),
@@ -144,7 +147,7 @@ class MomentViews:
         return notes, readings
 
     def _goal(self, step: int, note: ShownNote) -> tuple[float, float] | None:
-        if note.goal is None or step >= len(self.moments):
+        if note.goal is None or not self._shows_places or step >= len(self.moments):
             return None
         if self.moments[step].state.phase is Phase.ASSEMBLY:
             return cell_centre(RoomCell(*map(int, note.goal))) if is_cell(note.goal) else None

@@ -63,6 +63,7 @@ class WatchPart:
             "is_film": False,
             "is_live": watched.is_live,
             "shows_truth": watched.shows_truth,
+            "shows_maps": not watched.is_played_by_person,
             "now": now,
             "note": views.note(now["note"]) if now["note"] >= 0 else None,
             "reading": views.note(now["reading"])["reading"] if now["reading"] >= 0 else (),
@@ -133,6 +134,7 @@ class WatchPart:
             self._journal.notes_of(watched.run.run_id, watched.episode.episode_id),
             watched.run.steps_per_phase,
             shows_truth=watched.shows_truth,
+            shows_places=not watched.is_played_by_person,
         )
 
     def _instructions(self, watched: WatchedEpisode) -> dict[str, str]:

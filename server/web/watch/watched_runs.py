@@ -9,6 +9,7 @@ from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split
 from arramon_server.errors import NotFound, quoted
 from arramon_server.runs.accounts.callers import Caller, Role
+from arramon_server.runs.run_service import HUMAN
 from arramon_server.runs.storage.journal import Journal
 from arramon_server.runs.storage.records import RUNNING, EpisodeEnding, Run
 
@@ -56,12 +57,21 @@ class WatchedEpisode:
         return self.ending is None and self.run.state == RUNNING
 
     @property
+    def is_played_by_person(self) -> bool:
+        """Whether a person is playing it: the maps, too, are then withheld, as a second tab would show them the answer.
+
+        This holds on one's own machine, too, where the person and the viewer may be the same.
+        """
+        return self.is_live and self.run.agent == HUMAN
+
+    @property
     def shows_truth(self) -> bool:
         """Whether reference path, target and scores are shown.
 
-        Once the episode has ended, as they would help a person who is playing it; on one's own machine always.
+        Once the episode has ended, as they would help a person who is playing it; those of agents on one's own machine
+        always.
         """
-        return not self.is_live or self.watched.is_own
+        return not self.is_live or (self.watched.is_own and not self.is_played_by_person)
 
 
 class WatchedRuns:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from arramon_server.runs.run_service import HUMAN
 from arramon_server.runs.storage.causes import AGENT_FINISHED
 from arramon_server.runs.storage.records import CommitBatch, EpisodeEnding
 from arramon_server.scoring.episode_scores import METRICS
@@ -53,9 +54,11 @@ def served(backend: LeaderboardSite, viewers: Viewers) -> Iterator[Site]:
         site.close()
 
 
-def begin(backend: LeaderboardSite, run_id: str = LIVE_RUN, *, split: str = "open", steps: int = 3) -> None:
+def begin(
+    backend: LeaderboardSite, run_id: str = LIVE_RUN, *, split: str = "open", steps: int = 3, agent: str = "walker"
+) -> None:
     """Begin a run, of which one episode has some steps."""
-    backend.run(run_id, split=split, over=False)
+    backend.run(run_id, split=split, over=False, agent=agent)
     pending = [claim for claim in backend.journal.pending(run_id) if claim.episode_id == EPISODE]
     backend.journal.claim(run_id, pending, "player", "worker")
     advance(backend, run_id, 0, steps)
@@ -142,6 +145,56 @@ def test_ground_truth_is_not_shown_to_those_who_may_still_play(web: LeaderboardS
     begin(web, "8" * 32)
     with served(web, OWN) as site:
         assert truth_of(site.get(f"/en/runs/{'8' * 32}/episodes/{EPISODE}"))
+
+
+WITHHELD = {"en": "The reference is shown when the episode is over", "hi": "सही रास्ता एपिसोड ख़त्म होने पर"}
+
+
+def places_of(got: Got) -> set[tuple[object, object]]:
+    """Place and heading of all moments in a file."""
+    return {(str(one["place"]), one["heading"]) for one in json.loads(got.text)["moments"]}
+
+
+@pytest.mark.parametrize("viewers", [OWN, PUBLIC])
+@pytest.mark.parametrize("steps", [2, 6], ids=["street", "room"])
+def test_what_a_person_plays_is_withheld_from_everybody_until_it_ends(
+    web: LeaderboardSite, viewers: Viewers, steps: int
+) -> None:
+    begin(web, steps=steps, agent=HUMAN)
+    pages = {language: f"/{language}/runs/{LIVE_RUN}/episodes/{EPISODE}" for language in WITHHELD}
+    with served(web, viewers) as site:
+        for language, sentence in WITHHELD.items():
+            page, data = site.get(pages[language]), site.get(f"{pages[language]}/moments.json")
+            assert sentence in page.text
+            for hidden in (
+                "data-map=",
+                'class="truth"',
+                'class="wanted"',
+                'class="distracter"',
+                'class="thing',
+                "trail",
+            ):
+                assert hidden not in page.text
+            assert not truth_of(page)
+            assert not truth_of(data)
+            assert places_of(data) == {("None", None)}
+        advance(web, LIVE_RUN, steps, len(tiny.ACTIONS))
+        for language, sentence in WITHHELD.items():
+            page, data = site.get(pages[language]), site.get(f"{pages[language]}/moments.json")
+            assert sentence not in page.text
+            assert truth_of(page)
+            assert truth_of(data)
+            assert ("None", None) not in places_of(data)
+
+
+def test_agents_at_play_are_shown_on_ones_own_machine(web: LeaderboardSite) -> None:
+    begin(web)
+    with served(web, OWN) as site:
+        page = site.get(f"/en/runs/{LIVE_RUN}/episodes/{EPISODE}")
+        assert WITHHELD["en"] not in page.text
+        assert "data-map=" in page.text
+        assert truth_of(page)
+        assert truth_of(site.get(f"/en/runs/{LIVE_RUN}/episodes/{EPISODE}/moments.json"))
 
 
 def test_other_episodes_and_unplayed_steps_are_not_found(shown: LeaderboardSite) -> None:

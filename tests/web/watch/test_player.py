@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from playwright.sync_api import Browser, Page, expect
 
 from arramon_client.world import Action
+from arramon_server.runs.run_service import HUMAN
 from arramon_server.runs.storage import tables
 from arramon_server.runs.storage.records import CommitBatch
 from arramon_server.web.film.maker import FilmMaker, FilmSettings
@@ -184,6 +185,20 @@ def test_the_truth_is_shown_when_the_episode_has_ended(web: LeaderboardSite, bro
         page.keyboard.press("Home")
         expect(page.locator("[data-map='1-navigation'] .wanted")).to_be_visible()
         expect(page.locator("[data-field=distance]")).to_have_text("3.5 units")
+
+
+def test_maps_come_when_a_person_has_ended_the_episode(web: LeaderboardSite, browser: Browser) -> None:
+    begin(web, steps=2, agent=HUMAN)
+    with served(web, OWN) as site, opened(browser, f"{site.address}/en/runs/{LIVE_RUN}/episodes/quokka-1") as page:
+        assert page.get_by_text("The reference is shown when the episode is over").is_visible()
+        advance(web, LIVE_RUN, 2, 4)
+        expect(page.locator("[data-field=step]")).to_have_text("4")  # frames and facts follow without maps
+        expect(page.locator("[data-map]")).to_have_count(0)
+        advance(web, LIVE_RUN, 4, LAST)
+        expect(page.locator("[data-field=ndtw]")).to_be_visible()
+        page.keyboard.press("Home")
+        expect(page.locator("[data-map='1-navigation'] .wanted")).to_be_visible()
+        expect(page.get_by_text("The reference is shown when the episode is over")).to_have_count(0)
 
 
 def test_a_film_plays_from_its_file(shown: LeaderboardSite, browser: Browser, tmp_path: Path) -> None:

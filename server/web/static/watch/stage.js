@@ -50,7 +50,9 @@ export class Stage {
 
   map(step, moment, key) {
     for (const [name, box] of Object.entries(this.maps)) box.hidden = name !== key;
-    const box = this.maps[key], agent = box.querySelector("[data-field=agent]"), scale = agent.dataset.scale;
+    const box = this.maps[key];
+    if (!box) return; // withheld while a person plays
+    const agent = box.querySelector("[data-field=agent]"), scale = agent.dataset.scale;
     box.querySelector(".trail").setAttribute("points", way(this.source.moments, step));
     put(agent, moment.place, `rotate(${moment.heading}) scale(${scale})`);
     const goal = box.querySelector("[data-field=goal]"), note = this.source.notes[moment.note];
