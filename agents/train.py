@@ -11,8 +11,9 @@ from typing import Any
 
 from arramon_agents.perception.encoder import FOLDER
 from arramon_agents.requirements import REQUIRED_AT_PLAY, require
+from arramon_agents.training.option_help import option_help
 from arramon_agents.training.workspace import CHECKPOINT_STEPS, Workspace
-from arramon_client.errors import ArramonClientError
+from arramon_client.errors import ArramonClientError, UsageError
 
 PACKAGES = ("reading.reader", "vl", "vl_grounded", "vl_map", "reading", "perception.eyes")
 """Packages with a training; each has a module `recipe` (`RECIPES`, `smoke`) and a module `train` (`train`)."""
@@ -65,6 +66,17 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(known)}")
     try:
         require(NEEDED, "training", extra="training")
+    except ArramonClientError as error:
+        _report(f"error: {error}")
+        return 1
+    return _train(names, known, given)
+
+
+def _train(names: Iterable[str], known: Mapping[str, Training], given: argparse.Namespace) -> int:
+    """Train agents one after the other, and return the exit status."""
+    from arramon_server.errors import ArraMonError
+
+    try:
         workspace = _workspace(given)
         recipes = {name: _recipe(name, known[name], given, _options(known)) for name in names}
         for name, recipe in recipes.items():
@@ -72,7 +84,7 @@ def main(arguments: list[str] | None = None) -> int:
             _report(f"{name}: in {weights or workspace.output}")
             if given.ship and weights:
                 _ship(name, known[name].package, weights)
-    except (ArramonClientError, ValueError) as error:
+    except (ArramonClientError, ArraMonError, ValueError) as error:
         _report(f"error: {error}")
         return 1
     return 0
@@ -106,11 +118,23 @@ def _recipe(name: str, training: Training, given: argparse.Namespace, options: I
 
 
 def _workspace(given: argparse.Namespace) -> Workspace:
+    """Return the workspace with the given folders, processes and device.
+
+    Raises:
+        UsageError: if torch cannot use the device.
+    """
     import torch
 
     device = given.device
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
+    try:
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError) as error:  # An AssertionError if torch was built without CUDA.
+        reason = str(error).partition("\n")[0]
+        raise UsageError(
+            f"--device {device} cannot be used: {reason}; expected auto, cpu, or cuda with a GPU"
+        ) from error
     return Workspace(given.data, given.cache, given.output, given.processes, given.checkpoint_steps, device)
 
 
@@ -129,21 +153,45 @@ def _parser(known: Mapping[str, Training]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="arramon-train", description="Train agents, and what they see and read with.")
     parser.add_argument("--agent", help=f"what to train, separated by commas: {', '.join(known)}")
     parser.add_argument("--all", action="store_true", help=f"train all of them but {', '.join(NOT_IN_ALL)}")
-    parser.add_argument("--ship", action="store_true", help="copy weights and model card to the shipped ones")
+    parser.add_argument(
+        "--ship",
+        action="store_true",
+        help="replace the installed weights and model cards by the new ones: in a clone, files under `agents`",
+    )
     parser.add_argument("--smoke", action="store_true", help="take seconds: a few episodes, a few updates")
     parser.add_argument("--data", type=Path, default=Path("arramon-data"), help="data folder (default: %(default)s)")
-    parser.add_argument("--cache", type=Path, default=Path("arramon-cache"), help="drawn demonstrations (%(default)s)")
-    parser.add_argument("--output", type=Path, default=Path("arramon-weights"), help="weights, log (%(default)s)")
     parser.add_argument(
-        "--processes", type=int, default=1, help="that draw demonstrations and walk (default: %(default)s)"
+        "--cache",
+        type=Path,
+        default=Path("arramon-cache"),
+        help="folder of rendered demonstrations, shared by all trainings (default: %(default)s)",
     )
-    parser.add_argument("--device", default="auto", help="cpu, cuda, or auto: a GPU where there is one (default)")
     parser.add_argument(
-        "--checkpoint-steps", type=int, default=CHECKPOINT_STEPS, help="updates between checkpoints (%(default)s)"
+        "--output",
+        type=Path,
+        default=Path("arramon-weights"),
+        help="folder of weights, model cards, checkpoints and logs (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--processes",
+        type=int,
+        default=1,
+        help="processes that render demonstrations and simulate walks (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--device",
+        default="auto",
+        help="device of the updates: cpu, cuda, or auto, a GPU if there is one (default: auto)",
+    )
+    parser.add_argument(
+        "--checkpoint-steps",
+        type=int,
+        default=CHECKPOINT_STEPS,
+        help="updates between two checkpoints (default: %(default)s)",
     )
     parser.add_argument("--visual", type=Path, help="folder of a vision model of transformers, instead of --encoder")
     for name, (kind, agents) in _options(known).items():
-        shown = f"of {', '.join(agents)}" if len(agents) < len(known) else "default: as the recipe says"
+        shown = option_help(name, {agent: known[agent].recipe for agent in agents})
         parser.add_argument(LANGUAGES.get(name, _flag(name)), dest=name, type=kind, help=shown)
     return parser
 

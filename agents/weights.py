@@ -190,17 +190,31 @@ def read_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
     Raises:
         BadWeights: if it cannot be read.
     """
+    header = read_header(path)
+    try:
+        with safetensors.safe_open(path, framework="pt") as file:
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
+    except (OSError, safetensors.SafetensorError) as error:
+        raise BadWeights(f"{path} is no file of weights: {error}") from error
+    return tensors, header
+
+
+def read_header(path: Path) -> dict[str, Any]:
+    """Return the JSON header of a file, as `read_tensors` does, without reading its tensors.
+
+    Raises:
+        BadWeights: if it cannot be read.
+    """
     try:
         with safetensors.safe_open(path, framework="pt") as file:
             metadata = file.metadata() or {}
-            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
         header = {name: read_json(text) for name, text in metadata.items()}
     except (OSError, safetensors.SafetensorError, NotJsonError) as error:
         raise BadWeights(f"{path} is no file of weights: {error}") from error
-    header = header.get(HEADER, header)
-    if not isinstance(header, dict):
+    found = header.get(HEADER, header)
+    if not isinstance(found, dict):
         raise BadWeights(f"{path} is no file of weights: its header is no JSON object")
-    return tensors, header
+    return found
 
 
 def find_weights(name: str) -> Path:

@@ -15,7 +15,7 @@ from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_client.world import Action
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, read_split, split_folder, split_folders
+from arramon_server.episodes.splits import Split, find_split, split_folders
 from arramon_server.errors import ArraMonError
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Collectible
@@ -119,7 +119,7 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
         ValueError: if a split is missing or lacks a language.
     """
     try:
-        splits = [read_split(split_folder(data, name)) for name in training_splits(data)]
+        splits = [find_split(data, name) for name in training_splits(data)]
     except ArraMonError as error:
         raise ValueError(str(error)) from error
     found = []

@@ -7,7 +7,7 @@ import arramon_lang as lang
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.simulated.meanings import TextSample
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, read_split, split_folder
+from arramon_server.episodes.splits import Split, find_split
 
 
 def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
@@ -38,4 +38,4 @@ def parse_training_half(data: Path, split: str, language: str) -> list[TextSampl
     Raises:
         NotFound: if there is no such split.
     """
-    return parse_people_texts(halves(read_split(split_folder(data, split)), language)[0], language)
+    return parse_people_texts(halves(find_split(data, split), language)[0], language)

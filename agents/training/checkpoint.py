@@ -7,7 +7,7 @@ from typing import Any
 
 from torch import Tensor
 
-from arramon_agents.weights import SUFFIX, read_tensors, write_tensors
+from arramon_agents.weights import SUFFIX, read_header, read_tensors, write_tensors
 
 FORMAT = "training 1"
 
@@ -16,6 +16,9 @@ GROUPS = ("network", "optimizer", "average", "best", "history")
 
 OLD_SUFFIX = ".state"
 """Part of the file names of checkpoints of earlier versions."""
+
+ZERO_IS_ALL = ("episodes",)
+"""Settings of recipes of which 0 means all."""
 
 RESUME_HINT = "name another --output, or remove it"
 
@@ -93,6 +96,23 @@ def find_checkpoint(folder: Path, name: str) -> Path | None:
     return path if path.exists() else None
 
 
+def check_recipe(folder: Path, name: str, recipe: Mapping[str, Any]) -> None:
+    """Check that a training can resume from its checkpoint, if there is one, before its data is made.
+
+    Args:
+        folder: output folder.
+        name: name of the training.
+        recipe: settings that affect updates, as in `TrainingInputs`.
+
+    Raises:
+        CheckpointMismatch: if the checkpoint belongs to another recipe or another version.
+        BadWeights: if it cannot be read.
+    """
+    path = find_checkpoint(folder, name)
+    if path is not None:
+        _check_header(path, read_header(path), recipe)
+
+
 def read_checkpoint(path: Path, training_inputs: TrainingInputs) -> TrainingCheckpoint:
     """Return the checkpoint of a file.
 
@@ -101,12 +121,7 @@ def read_checkpoint(path: Path, training_inputs: TrainingInputs) -> TrainingChec
         BadWeights: if it cannot be read.
     """
     tensors, header = read_tensors(path)
-    if header.get("format") != FORMAT:
-        raise CheckpointMismatch(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {RESUME_HINT}")
-    if header["recipe"] != training_inputs.recipe:
-        raise CheckpointMismatch(
-            f"{path} is of another recipe ({_difference(header['recipe'], training_inputs.recipe)}): {RESUME_HINT}"
-        )
+    _check_header(path, header, training_inputs.recipe)
     if header["data"] != training_inputs.data:
         raise CheckpointMismatch(f"{path} is of other data: {RESUME_HINT}")
     by_group: dict[str, dict[str, Tensor]] = {group: {} for group in GROUPS}
@@ -116,7 +131,21 @@ def read_checkpoint(path: Path, training_inputs: TrainingInputs) -> TrainingChec
     return TrainingCheckpoint(header["step"], header["cpu_seconds"], header["scores"], by_group)
 
 
+def _check_header(path: Path, header: Mapping[str, Any], recipe: Mapping[str, Any]) -> None:
+    """Check that a checkpoint's header has this version's format and a recipe."""
+    if header.get("format") != FORMAT:
+        raise CheckpointMismatch(f"{path} has the format {header.get('format')!r}, expected {FORMAT!r}: {RESUME_HINT}")
+    if header["recipe"] != recipe:
+        raise CheckpointMismatch(
+            f"{path} is of another recipe ({_difference(header['recipe'], recipe)}): {RESUME_HINT}"
+        )
+
+
 def _difference(there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     """Return the first setting that differs, with both values."""
     name = next(name for name in (*wanted, *there) if there.get(name) != wanted.get(name))
-    return f"{name} {there.get(name)!r}, expected {wanted.get(name)!r}"
+    return f"{name} {_shown(name, there.get(name))}, expected {_shown(name, wanted.get(name))}"
+
+
+def _shown(name: str, value: object) -> str:
+    return "all" if name in ZERO_IS_ALL and value == 0 else repr(value)

@@ -1,6 +1,6 @@
 """Rollouts: let an agent play episodes in this process and score it, by the same rules as a run on a server."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,6 +8,7 @@ from arramon_client.agent import Agent, Episode, Observation, actions_of, end_ep
 from arramon_client.environments.backend import Player, PlayerSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
+from arramon_client.errors import UsageError
 from arramon_client.world import PHASES
 
 PARALLEL = 16
@@ -35,6 +36,32 @@ class RolloutPlan:
     image_size: int
     phases: tuple[str, ...] = PHASES
     chosen: tuple[str, ...] = ()
+
+
+def check_validation(data: Path, split: str, languages: Sequence[str], episodes: int) -> None:
+    """Check, before a training, that it can be validated.
+
+    Args:
+        data: data folder.
+        split: split for validation.
+        languages: languages of the instructions.
+        episodes: number of episodes to validate on; 0 for no validation, which needs no split.
+
+    Raises:
+        UsageError: if the data folder does not have the split or a language, or no episode has all languages.
+    """
+    if not episodes:
+        return
+    backend = open_backend(Options(data=data))
+    try:
+        infos = [backend.player(PlayerSettings(language, split, (), 8)).split for language in languages]
+        if not set.intersection(*(set(info.episode_ids or ()) for info in infos)):
+            raise UsageError(f"no episode of {split!r} has all of the languages {', '.join(languages)}")
+    except UsageError as error:
+        raise UsageError(
+            f"the training cannot be validated: {error} (--validate names the split for it; --validate-episodes 0 "
+            "trains without)"
+        ) from error
 
 
 def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:

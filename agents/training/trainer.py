@@ -27,6 +27,9 @@ from arramon_agents.training.workspace import CHECKPOINT_STEPS, Report
 Scores = Mapping[str, float]
 """Scores of a validation by metric."""
 
+LOG_SECONDS = 1
+"""Seconds until logged values are on disk. A resumed training does not log the updates before its checkpoint again."""
+
 AVERAGE_WARM_UP = 10.0
 """The running average of the weights starts fast: update n keeps at most n / (n + AVERAGE_WARM_UP) of it."""
 
@@ -268,7 +271,8 @@ class Trainer:
     def _open_log(self) -> SummaryWriter:
         if self._output is None:
             return SummaryWriter(write_to_disk=False)
-        return SummaryWriter(str(self._output / "log" / self.settings.name), purge_step=self.step)
+        folder = self._output / "log" / self.settings.name
+        return SummaryWriter(str(folder), purge_step=self.step, flush_secs=LOG_SECONDS)
 
     def _report_progress(self, seconds_left: float) -> None:
         recent = self.losses[-self.settings.checkpoint_steps :]

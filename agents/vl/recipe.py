@@ -15,20 +15,22 @@ class Recipe:
 
     Attributes:
         agent: name of the agent.
-        languages: languages that the model is trained on.
+        languages: languages of the instructions.
         sees, reads: whether images and instructions are inputs of the model.
-        encoder: name of the visual encoder; `folder=PATH` for a transformers model.
-        tokenizer: name of the tokenizer, see `arramon_agents.reading.tokenizers`.
-        reader: name of the text encoder, see `arramon_agents.reading.text_encoders`.
+        encoder: name of the visual encoder: `eyes` or `pooled`; `folder=PATH` for a transformers model.
+        tokenizer: name of the tokenizer: `word`, `sentencepiece` or `sentencepiece=FILE`, `xlmr=SOURCE`,
+            `pretrained=SOURCE`.
+        reader: name of the text encoder: `lstm` or `pretrained=SOURCE`.
         align: weight of the alignment loss between two texts for the same path; 0 for none.
         aligned: languages of the alignment loss; they may differ from `languages`.
-        split: training split.
+        split: training split; with `train`, `train_extra` is used too if the data folder has it.
         every: take every n-th episode in playing order, from the n-th on, and leave the others for testing; 1 for all.
         episodes: number of these episodes, the first ones; 0 for all.
         rooms: number of additional generated tasks in the assembly room.
         variants: number of augmented variants of each demonstration: things exchanged, half of the walks mirrored.
         passes: number of epochs of the navigation demonstrations.
-        batch, room_batch: number of navigation and of assembly demonstrations in a batch.
+        batch: number of navigation demonstrations in a batch.
+        room_batch: number of assembly demonstrations in a batch.
         precision: precision of matrix products; weights and sums are float32. "bfloat16" takes 0.6 of the time for `vl`
             on CPUs that support it; on others the training uses "float32".
         init: weights to fine-tune, a file, or a folder with one named after the agent; empty for random weights. New
@@ -41,10 +43,10 @@ class Recipe:
             a step, a missed one the whole turn.
         average: decay of the running average of the weights, which is validated and shipped; 0 for the weights of the
             last update. It does not affect updates.
-        temperature: softmax temperature at play and in validation, see `arramon_agents.vl.agent.LearnedAgent`.
+        temperature: softmax temperature at play and in validation; 0 takes the best action.
         seed: seed of initial weights, order and dropout.
         validate: split on which the best weights are chosen.
-        validate_episodes: number of episodes to validate on, the first in playing order.
+        validate_episodes: number of episodes to validate on, the first in playing order; 0 for none.
         validate_steps: updates between two validations.
     """
 

@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from arramon_agents.process_settings import prepare_process
-from arramon_agents.training.checkpoint import TrainingInputs
+from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
 from arramon_agents.training.demonstrations import (
     DemonstrationSource,
     PhaseDemonstration,
@@ -17,7 +18,7 @@ from arramon_agents.training.demonstrations import (
 )
 from arramon_agents.training.precision import usable_precision
 from arramon_agents.training.recipe import update_settings
-from arramon_agents.training.rollouts import RolloutPlan, mean, play
+from arramon_agents.training.rollouts import RolloutPlan, check_validation, mean, play
 from arramon_agents.training.schedule import constant
 from arramon_agents.training.sources import describe_data, digest_of, load_demonstrations, sources_of, splits_of
 from arramon_agents.training.trainer import Scores, Trainer, TrainerSettings
@@ -44,19 +45,27 @@ def train(recipe: Recipe, workspace: Workspace, report: Report) -> Path:
     The model card is written to the same folder.
 
     Raises:
-        UsageError: if the data folder does not have what the recipe names.
+        UsageError: if the data folder does not have what the recipe names, the split for validation included.
         ValueError: if the output folder holds a checkpoint of another recipe or other data.
     """
     prepare_process()
+    recipe = replace(recipe, precision=usable_precision(recipe.precision, workspace.device, report))
+    check_recipe(workspace.output, recipe.agent, settings_of(recipe))
+    data_hash = data_hash_of(DemonstrationSource(workspace.data, recipe.split, recipe.languages, "", 0))
+    check_validation(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes)
     demonstrations = demonstrations_of(recipe, workspace, report)
     imitation = Imitation(recipe, workspace, demonstrations, report)
-    hashed = DemonstrationSource(workspace.data, recipe.split, recipe.languages, "", 0)
-    imitation.policy.about["data_hash"] = data_hash_of(hashed)
+    imitation.policy.about["data_hash"] = data_hash
     size = sum(parameter.numel() for parameter in imitation.policy.model.parameters())
     report(f"{recipe.agent}: {len(demonstrations)} demonstrations, {size:,} parameters, on {workspace.device}")
     imitation.run()
     report(f"{recipe.agent}: best {imitation.best}, in {imitation.weights}")
     return imitation.weights
+
+
+def settings_of(recipe: Recipe) -> dict[str, Any]:
+    """Return the settings that must be those of a checkpoint to resume from it; the number of epochs may grow."""
+    return update_settings(replace(recipe, passes=0))
 
 
 def demonstrations_of(recipe: Recipe, workspace: Workspace, report: Report) -> list[PhaseDemonstration]:
@@ -110,9 +119,7 @@ class Imitation:
             validate_steps=recipe.validate_steps,
             checkpoint_steps=workspace.checkpoint_steps,
             chosen_by={PHASE_PREFIX.format(phase=phase): metric for phase, metric in CHOSEN_BY.items()},
-            training_inputs=TrainingInputs(
-                update_settings(replace(recipe, passes=0)), digest_of(demonstrations)
-            ),  # More may follow.
+            training_inputs=TrainingInputs(settings_of(recipe), digest_of(demonstrations)),
         )
         self.trainer = Trainer(task, settings, workspace.output, report, self._validate, self._write)
 

@@ -9,8 +9,11 @@ class GroundedRecipe:
 
     Attributes:
         languages: languages of the instructions.
-        split, every, episodes, init: as in `arramon_agents.vl.recipe.Recipe`. With the split `train`, `train_extra` is
-            used too if the data folder has it.
+        split: training split; with `train`, `train_extra` is used too if the data folder has it.
+        every: take every n-th episode in playing order, from the n-th on, and leave the others for testing; 1 for all.
+        episodes: number of these episodes, the first ones; 0 for all.
+        init: weights to fine-tune, a file, or a folder with one named after the agent; empty for random weights. New
+            words are added to a vocabulary of words.
         rooms: number of additional generated tasks in the assembly room.
         versions, room_versions: number of augmented instructions per walk and per room, in which things are exchanged.
         passes: number of epochs of the walks.

@@ -15,7 +15,7 @@ from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import read_reader
 from arramon_agents.reading.tokenizers import PolicyWordTokenizer
 from arramon_agents.training.card import model_card, training_command, training_text_limit
-from arramon_agents.training.checkpoint import TrainingInputs
+from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
 from arramon_agents.training.demonstrations import (
     ROOM_PREFIX,
     ROOMS,
@@ -25,7 +25,7 @@ from arramon_agents.training.demonstrations import (
 )
 from arramon_agents.training.name_permutation import InstructionVersion, instruction_versions
 from arramon_agents.training.recipe import as_json, update_settings
-from arramon_agents.training.rollouts import RolloutPlan, mean, play
+from arramon_agents.training.rollouts import RolloutPlan, check_validation, mean, play
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.sources import digest_of, format_split_names, load_demonstrations, sources_of, splits_of
 from arramon_agents.training.trainer import Trainer, TrainerSettings
@@ -58,7 +58,7 @@ def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
     """Train, resuming from a checkpoint if there is one; write weights and model card; return the path of the weights.
 
     Raises:
-        UsageError: if the data folder does not have what the recipe names.
+        UsageError: if the data folder does not have what the recipe names, the split for validation included.
         ValueError: if the output folder holds a checkpoint of another recipe or other data.
     """
     prepare_process()
@@ -67,6 +67,9 @@ def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
         workspace.data, recipe.split, recipe.languages, DEFAULT, recipe.episodes, every=recipe.every
     )
     sources = sources_of(learned, recipe.rooms)
+    check_recipe(workspace.output, NAME, update_settings(recipe))
+    data_hash = data_hash_of(sources[0])
+    check_validation(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes)
     streets = [source for source in sources if source.split != ROOMS]
     demonstrations = [each for each in load_demonstrations(streets, workspace, report) if each.phase == NAVIGATION]
     report(f"{NAME}: {len(demonstrations)} walks")
@@ -93,7 +96,7 @@ def train(recipe: GroundedRecipe, workspace: Workspace, report: Report) -> Path:
     about: dict[str, Any] = {
         "recipe": as_json(recipe),
         "data": _data_of(splits_of(recipe.split, workspace.data), demonstrations, views),
-        "data_hash": data_hash_of(sources[0]),
+        "data_hash": data_hash,
         "updates": trainer.step,
         "cpu_seconds": round(trainer.cpu_seconds),
         "parameters": sum(parameter.numel() for parameter in network.parameters()),

@@ -12,7 +12,7 @@ import torch
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_courses
 from arramon_agents.simulated.walks import LabelledDecision
-from arramon_agents.training.checkpoint import TrainingInputs
+from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
 from arramon_agents.training.precision import usable_precision
 from arramon_agents.training.recipe import update_settings
 from arramon_agents.training.schedule import warm_up_cosine
@@ -57,6 +57,7 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
         ValueError: if walks or checkpoints belong to another recipe or other data.
     """
     recipe = replace(recipe, precision=usable_precision(recipe.precision, workspace.device, report))
+    check_recipe(workspace.output, NAME, update_settings(recipe))
     walks = SimulatedWalks(recipe, workspace, report)
     first = walks.along_paths()
     count = len(first["label"])

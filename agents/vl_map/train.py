@@ -14,7 +14,7 @@ from arramon_agents.simulated.courses import training_episodes
 from arramon_agents.simulated.room_examples import RoomExample, room_examples_of
 from arramon_agents.training.card import model_card, training_command
 from arramon_agents.training.recipe import as_json
-from arramon_agents.training.rollouts import RolloutPlan, mean, play
+from arramon_agents.training.rollouts import RolloutPlan, check_validation, mean, play
 from arramon_agents.training.schedule import cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
@@ -51,13 +51,15 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
     The model card is written to the same folder.
 
     Raises:
-        ArraMonError: if the data folder lacks a split or a language.
+        UsageError: if the data folder lacks the split for validation, or it lacks a language.
+        ValueError: if the data folder lacks a training split, or one lacks a language.
         ValueError: if the output folder has walks or a checkpoint of another recipe or other data.
     """
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
-    trained = train_policy(recipe, workspace, report)
     found = training_episodes(workspace.data, recipe.languages, recipe.episodes)
+    check_validation(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes)
+    trained = train_policy(recipe, workspace, report)
     tasks = [task for _, episodes in found for task in room_examples_of(episodes, recipe.languages, load_reader())]
     placer, seconds = train_rooms(tasks, recipe.seed)
     about: dict[str, Any] = {

@@ -144,6 +144,21 @@ def check_split(splits: Mapping[str, Split], name: str | None) -> None:
         raise NotFound(f"there is no split {name!r}; there are {', '.join(splits)}")
 
 
+def find_split(data: Path, name: str) -> Split:
+    """Read the split of a name.
+
+    Raises:
+        NotFound: if there is no such split; the message lists the existing ones, or says how to make one.
+        BadFile: if a file is invalid.
+    """
+    folders = {folder.name: folder for folder in split_folders(data)}
+    if not folders:
+        raise no_splits_error(data)
+    if name not in folders:
+        raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(folders)}")
+    return read_split(folders[name])
+
+
 def split_with_episode(splits: Mapping[str, Split], episode_id: str, name: str | None) -> Split:
     """Return the split of a name, or the first one that has an episode if the name is None.
 

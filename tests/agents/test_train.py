@@ -16,6 +16,14 @@ from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.reader import read_reader
 from arramon_agents.reading.tokenizers import UNKNOWN, SentencePieceTokenizer
+from arramon_agents.training.checkpoint import (
+    GROUPS,
+    TrainingCheckpoint,
+    TrainingInputs,
+    checkpoint_path,
+    write_checkpoint,
+)
+from arramon_agents.training.recipe import update_settings
 from arramon_agents.training.rollouts import RolloutPlan, play
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.recipe import RECIPES
@@ -204,7 +212,7 @@ def test_nothing_is_trained_if_a_later_agent_lacks_an_option(data: Path, tmp_pat
         (("--encoder", "pooled"), "vl_map has no option --encoder"),
         (("--visual", "folder"), "vl_map has no option --visual"),
         (("--lang", "fr"), "the split 'train' has no language 'fr'; it has en, hi"),
-        (("--data", "nowhere"), "cannot be read"),
+        (("--data", "nowhere"), "there are no episodes in nowhere"),
     ],
 )
 def test_what_the_map_agent_cannot_be_trained_by(
@@ -228,8 +236,61 @@ def test_walks_of_another_recipe_are_refused(data: Path, tmp_path: Path, capsys:
         str(tmp_path),
     ]
     assert train.main(command) == 0
+    (tmp_path / "vl_map.checkpoint.safetensors").unlink()
     assert train.main([*command, "--seed", "2"]) == 1
     assert "was made with another recipe or other data" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("agent", ["vl", "vl_grounded", "vl_map"])
+def test_another_recipe_is_refused_before_anything_is_rendered(
+    agent: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recipe = update_settings(train.trainings()[agent].recipe)
+    checkpoint = TrainingCheckpoint(4, 1.0, {}, {group: {} for group in GROUPS})
+    path = checkpoint_path(tmp_path / "out", agent)
+    path.parent.mkdir()
+    write_checkpoint(path, checkpoint, TrainingInputs({**recipe, "episodes": 4}, "data"))
+    folders = ["--data", str(data), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    assert train.main(["--agent", agent, *folders]) == 1
+    assert "is of another recipe (episodes 4, expected all): name another --output" in capsys.readouterr().err
+    assert not (tmp_path / "cache").exists()
+    assert [file.name for file in (tmp_path / "out").iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("agent", ["vl", "vl_grounded", "vl_map"])
+def test_the_split_for_validation_is_looked_for_before_training(
+    agent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tiny.write(tmp_path / "data", "train")
+    folders = ["--data", str(tmp_path / "data"), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    assert train.main(["--agent", agent, "--smoke", *folders]) == 1
+    told = capsys.readouterr().err
+    assert "the training cannot be validated: there is no split 'val_seen' in " in told
+    assert "--validate-episodes 0 trains without" in told
+    assert not (tmp_path / "cache").exists()
+    assert not list((tmp_path / "out").glob("*"))
+
+
+@pytest.mark.parametrize(
+    ("agent", "split"), [("reader_tuning", "val_seen"), ("vision_only", "train"), ("vl_map", "train")]
+)
+def test_a_missing_split_is_an_error_of_one_line(
+    agent: str, split: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tiny.write(tmp_path / "data", "people")
+    folders = ["--data", str(tmp_path / "data"), "--cache", str(tmp_path / "cache"), "--output", str(tmp_path / "out")]
+    assert train.main(["--agent", agent, *folders]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line == f"error: there is no split {split!r} in {tmp_path / 'data'}; there are people"
+
+
+@pytest.mark.parametrize("device", ["cuda:99", "gpu"])
+def test_a_device_that_is_not_there_is_an_error_of_one_line(
+    device: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert train.main(["--agent", "vl_map", "--device", device, "--data", str(data), "--output", str(tmp_path)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"error: --device {device} cannot be used: ")
 
 
 @pytest.mark.usefixtures("package")

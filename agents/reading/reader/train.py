@@ -16,7 +16,7 @@ from arramon_agents.reading.reader.task import Examples, ReadingTask, score
 from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary
 from arramon_agents.simulated.meanings import TextSample, draw_samples, read_samples, write_in_all_languages
 from arramon_agents.simulated.people_texts import parse_training_half
-from arramon_agents.training.checkpoint import TrainingInputs
+from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Scores, Trainer, TrainerSettings
@@ -45,6 +45,7 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
     """
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
+    check_recipe(workspace.output, TUNING if isinstance(recipe, FineTuningRecipe) else NAME, as_json(recipe))
     if isinstance(recipe, FineTuningRecipe):
         (language,) = recipe.languages
         return fine_tune(
