@@ -66,17 +66,6 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"there is no recipe {unknown[0]!r}; there are {', '.join(known)}")
     try:
         require(NEEDED, "training", extra="training")
-    except ArramonClientError as error:
-        _report(f"error: {error}")
-        return 1
-    return _train(names, known, given)
-
-
-def _train(names: Iterable[str], known: Mapping[str, Training], given: argparse.Namespace) -> int:
-    """Train agents one after the other, and return the exit status."""
-    from arramon_server.errors import ArraMonError
-
-    try:
         workspace = _workspace(given)
         recipes = {name: _recipe(name, known[name], given, _options(known)) for name in names}
         for name, recipe in recipes.items():
@@ -84,7 +73,7 @@ def _train(names: Iterable[str], known: Mapping[str, Training], given: argparse.
             _report(f"{name}: in {weights or workspace.output}")
             if given.ship and weights:
                 _ship(name, known[name].package, weights)
-    except (ArramonClientError, ArraMonError, ValueError) as error:
+    except (ArramonClientError, ValueError) as error:
         _report(f"error: {error}")
         return 1
     return 0

@@ -11,12 +11,12 @@ import numpy.typing as npt
 import arramon_lang as lang
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
+from arramon_agents.simulated.training_split import read_training_split
 from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_client.world import Action
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, find_split, split_folders
-from arramon_server.errors import ArraMonError
+from arramon_server.episodes.splits import Split, split_folders
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import Collectible
 
@@ -116,12 +116,10 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
         episodes: number of episodes of each split, the first in playing order; 0 for all.
 
     Raises:
-        ValueError: if a split is missing or lacks a language.
+        UsageError: if a split is missing or invalid.
+        ValueError: if it lacks a language.
     """
-    try:
-        splits = [find_split(data, name) for name in training_splits(data)]
-    except ArraMonError as error:
-        raise ValueError(str(error)) from error
+    splits = [read_training_split(data, name) for name in training_splits(data)]
     found = []
     for split in splits:
         for language in languages:
@@ -144,7 +142,8 @@ def training_courses(
     """Return the courses for training, and the hash of `train`; arguments as for `training_episodes`, and the reader.
 
     Raises:
-        ValueError: if a split is missing or lacks a language.
+        UsageError: if a split is missing or invalid.
+        ValueError: if it lacks a language.
     """
     found = training_episodes(data, languages, episodes)
     courses = [course for split, chosen in found for course in courses_of(split, chosen, languages, reader)]

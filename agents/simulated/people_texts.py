@@ -6,8 +6,9 @@ from pathlib import Path
 import arramon_lang as lang
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.simulated.meanings import TextSample
+from arramon_agents.simulated.training_split import read_training_split
 from arramon_server.episodes.episode import Episode
-from arramon_server.episodes.splits import Split, find_split
+from arramon_server.episodes.splits import Split
 
 
 def halves(split: Split, language: str) -> tuple[list[Episode], list[Episode]]:
@@ -36,6 +37,6 @@ def parse_training_half(data: Path, split: str, language: str) -> list[TextSampl
     """Parse the texts of the training half of a split by the grammar.
 
     Raises:
-        NotFound: if there is no such split.
+        UsageError: if there is no such split, or a file of it is invalid.
     """
-    return parse_people_texts(halves(find_split(data, split), language)[0], language)
+    return parse_people_texts(halves(read_training_split(data, split), language)[0], language)

@@ -59,7 +59,9 @@ def train(recipe: Recipe, workspace: Workspace, report: Report) -> Path:
     size = sum(parameter.numel() for parameter in imitation.policy.model.parameters())
     report(f"{recipe.agent}: {len(demonstrations)} demonstrations, {size:,} parameters, on {workspace.device}")
     imitation.run()
-    report(f"{recipe.agent}: best {imitation.best}, in {imitation.weights}")
+    if imitation.best:
+        best = ", ".join(f"{CHOSEN_BY[phase]} {value:.3f}" for phase, value in imitation.best.items())
+        report(f"{recipe.agent}: best {best}")
     return imitation.weights
 
 

@@ -53,8 +53,8 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
     """Train the policy, resuming from walks and checkpoints in the output folder.
 
     Raises:
-        ArraMonError: if the data folder lacks a split or a language.
-        ValueError: if walks or checkpoints belong to another recipe or other data.
+        UsageError: if the data folder lacks a split.
+        ValueError: if a split lacks a language, or walks or checkpoints belong to another recipe or other data.
     """
     recipe = replace(recipe, precision=usable_precision(recipe.precision, workspace.device, report))
     check_recipe(workspace.output, NAME, update_settings(recipe))

@@ -51,8 +51,8 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
     The model card is written to the same folder.
 
     Raises:
-        UsageError: if the data folder lacks the split for validation, or it lacks a language.
-        ValueError: if the data folder lacks a training split, or one lacks a language.
+        UsageError: if the data folder lacks a split for training or validation.
+        ValueError: if a split lacks a language.
         ValueError: if the output folder has walks or a checkpoint of another recipe or other data.
     """
     prepare_process()

@@ -16,9 +16,9 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     """Add all three commands."""
     import_ = commands.add_parser("import-release", parents=[common], help="import files of the official release")
     import_.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="file to import, such as val_seen.json, val_seen_hindi.json"
+        "files", nargs="+", type=Path, metavar="FILE", help="file of one language, such as val_seen.json"
     )
-    import_.add_argument("--split", help="name of the split (default: from the file's name)")
+    import_.add_argument("--split", help="name of the split (default: the file's name without the language)")
     import_.add_argument("--lang", help="language of the instructions (default: from their script)")
     import_.add_argument("--hidden", action="store_true", help="keep targets, goals and paths on the server")
     import_.add_argument("--jobs", type=int, default=0, help="number of processes (default: one for each core)")

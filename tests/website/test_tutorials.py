@@ -78,7 +78,7 @@ def test_train_an_agent(tmp_path: Path) -> None:
     with tutorial.reader(tmp_path / "reader") as folder:
         folder.mkdir()
         printed = followed("train-an-agent", folder)
-        assert (folder / "arramon-weights" / "vl.safetensors").exists()
+        assert (folder / "arramon-weights" / "smoke" / "vl.safetensors").exists()
     assert "vl on val_seen, hi, 1 episodes" in printed
 
 

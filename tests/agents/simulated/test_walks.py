@@ -13,6 +13,7 @@ from arramon_agents.simulated.walks import score, walk
 from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_agents.vl_map.options import OPTIONS
 from arramon_client.agent import Action
+from arramon_client.errors import UsageError
 from arramon_lang.meaning import Thing
 from arramon_server.sim.section import Building, Prop, Section
 from tests import tiny
@@ -132,7 +133,7 @@ def test_score(courses: list[Course]) -> None:
 
 
 def test_missing_data_is_told(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="cannot be read"):
+    with pytest.raises(UsageError, match="there are no episodes in "):
         training_courses(tmp_path, ("en",), 0, load())
     tiny.write(tmp_path, "train", 2)
     with pytest.raises(ValueError, match="the split 'train' has no language 'fr'; it has en, hi"):
