@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from arramon_client.errors import UsageError
-from arramon_server.episodes.splits import Split, find_split
+from arramon_server.episodes.splits import Split, read_named_split
 from arramon_server.errors import ArraMonError
 
 
@@ -14,6 +14,6 @@ def read_training_split(data: Path, name: str) -> Split:
         UsageError: if there is no such split, or a file of it is invalid.
     """
     try:
-        return find_split(data, name)
+        return read_named_split(data, name)
     except ArraMonError as error:
         raise UsageError(str(error)) from error

@@ -144,7 +144,7 @@ def check_split(splits: Mapping[str, Split], name: str | None) -> None:
         raise NotFound(f"there is no split {name!r}; there are {', '.join(splits)}")
 
 
-def find_split(data: Path, name: str) -> Split:
+def read_named_split(data: Path, name: str) -> Split:
     """Read the split of a name.
 
     Raises:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from arramon_server.episodes.splits import read_splits
+from arramon_server.episodes.splits import read_named_split, read_splits
 from arramon_server.errors import NotFound
 from tests import tiny
 
@@ -15,3 +15,13 @@ def test_leftovers_of_a_killed_writer_are_not_a_split(tmp_path: Path) -> None:
         read_splits(tmp_path)
     tiny.write(tmp_path)
     assert list(read_splits(tmp_path)) == ["tiny"]
+
+
+def test_a_split_is_read_by_name(tmp_path: Path) -> None:
+    with pytest.raises(NotFound, match="there are no episodes in .*; make some with"):
+        read_named_split(tmp_path, "train")
+    tiny.write(tmp_path, "train")
+    tiny.write(tmp_path, "val_seen")
+    assert read_named_split(tmp_path, "val_seen").name == "val_seen"
+    with pytest.raises(NotFound, match="there is no split 'rooms' in .*; there are train, val_seen$"):
+        read_named_split(tmp_path, "rooms")
