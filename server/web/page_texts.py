@@ -66,9 +66,13 @@ class PageTexts:
         return self._localised(f"< {0.001:.3f}" if p < 0.001 else f"{p:.3f}")
 
     def percent(self, share: float) -> str:
-        """Format a fraction in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%."""
+        """Format a fraction in [0, 1] in whole percent; only 1 gives 100% and only 0 gives 0%.
+
+        Less than half a percent is "< 1%", so that it agrees with a score of 0.000 beside it.
+        """
         bounded = min(max(round(100 * share), 1), 99) if 0 < share < 1 else round(100 * share)
-        return self("format.percent", number=bounded)
+        below = "< " if 0 < share < 0.005 else ""
+        return below + self("format.percent", number=bounded)
 
     def whole(self, number: int) -> str:
         """Format a whole number, with its digits grouped as is usual in the language."""

@@ -85,7 +85,14 @@ def test_whole_numbers_are_grouped_per_language(number: int, english: str, hindi
 def test_scores_decimals_and_percentages_are_formatted() -> None:
     assert [EN.score(value) for value in (0, 0.0444, 0.0445001, 1)] == ["0.000", "0.044", "0.045", "1.000"]
     assert [EN.decimal(value) for value in (3.0, 0.25, 0.6000001)] == ["3", "0.25", "0.6"]
-    assert [EN.percent(value) for value in (0, 0.001, 0.5, 0.999, 1)] == ["0%", "1%", "50%", "99%", "100%"]
+    assert [EN.percent(value) for value in (0, 0.0003, 0.006, 0.5, 0.999, 1)] == [
+        "0%",
+        "< 1%",
+        "1%",
+        "50%",
+        "99%",
+        "100%",
+    ]
 
 
 def test_dates_are_formatted_per_language() -> None:

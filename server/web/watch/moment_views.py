@@ -6,6 +6,7 @@ from typing import Any
 from arramon_client.world import Action
 from arramon_server.episodes.episode import Episode
 from arramon_server.playback.moments import Moment, MomentMark, Playback
+from arramon_server.scoring.metrics import placement_distance
 from arramon_server.sim.room import RoomCell
 from arramon_server.sim.rules import Blocked, Event, Phase, PhaseEnded, PickedUp, Placed
 from arramon_server.sim.section import Section
@@ -94,7 +95,7 @@ class MomentViews:
             "left": max(self._steps_per_phase - state.phase_step, 0),
             "carried": object_name(t, state.carried) if state.carried is not None else "",
             "ndtw": t.score(moment.ndtw) if self._shows_truth else "",
-            "distance": self._distance(moment) if self._shows_truth else "",
+            "distance": self._distance(step) if self._shows_truth else "",
             "marks": [mark.value for mark in marks],
             "note": self._note_at[step],
             "reading": self._reading_at[step],
@@ -182,7 +183,17 @@ class MomentViews:
                 return t("answers.forced")
         return ""
 
-    def _distance(self, moment: Moment) -> str:
+    def _distance(self, step: int) -> str:
+        """Return how far the agent is from its target; once it has placed its object, how far that is off."""
+        moment = self.moments[step]
+        # An episode that is over shows how its last action ended.
+        events = self.moments[step - 1].events if moment.state.finished and step else moment.events
+        placed = next((event for event in events if isinstance(event, Placed)), None)
+        is_forced = any(isinstance(event, PhaseEnded) and event.forced for event in events)
+        if placed is not None and not is_forced:
+            target = self._episode.turns[moment.state.turn - 1].target_cell
+            off = placement_distance(placed.placement, target)
+            return self._t("watch.placed_off", number=off) if off else self._t("watch.placed_exactly")
         if moment.state.phase is Phase.ASSEMBLY:
             return self._t("watch.cells", number=round(moment.distance))
         return self._t("watch.units", number=self._t.decimal(round(moment.distance, 1)))

@@ -241,10 +241,14 @@ def test_a_second_tab_takes_over(browser: Browser, server: PageServer) -> None:
         second.goto(f"{server.site}/en/play")
         drawn(second, 1)
         expect(first.locator("#status")).to_have_text("This run is played in another window now. Here it has stopped.")
+        for button in ("#interact", "[data-action='0']"):
+            expect(first.locator(button)).to_be_disabled()
+            expect(first.locator(button)).to_have_css("opacity", "0.4")  # seen to be disabled
         press(second, tiny.ACTIONS[1:2], first=1)
         first.keyboard.press("ArrowUp")  # does nothing
         first.click("#again button")
         drawn(first, 2)
+        expect(first.locator("#interact")).to_have_css("opacity", "1")
         expect(second.locator("#status")).to_contain_text("another window")
         press(first, tiny.ACTIONS[2:3], first=2)
 

@@ -187,10 +187,29 @@ def test_what_a_person_plays_is_withheld_from_everybody_until_it_ends(
             assert ("None", None) not in places_of(data)
 
 
+@pytest.mark.parametrize(
+    ("before", "shown"), [(0, "placed exactly"), (1, "placed elsewhere, tiles and levels off: 1")], ids=["right", "off"]
+)
+def test_placements_say_how_far_they_are_off(web: LeaderboardSite, before: int, shown: str) -> None:
+    begin(web, steps=0)
+    (claim,) = web.journal.open_claims(LIVE_RUN)
+    actions = (*tiny.ACTIONS[:3], *tiny.ACTIONS[3 + before :])
+    batch = CommitBatch()
+    for step, action in enumerate(actions):
+        batch.add_step(LIVE_RUN, EPISODE, claim.fence, step, action)
+    batch.endings.append(EpisodeEnding(LIVE_RUN, EPISODE, AGENT_FINISHED, len(actions), SCORES, "", claim.fence))
+    web.journal.commit(batch)
+    with served(web, OWN) as site:
+        found = json.loads(site.get(f"/en/runs/{LIVE_RUN}/episodes/{EPISODE}/moments.json").text)["moments"]
+    distances = [one["distance"] for one in found if one["distance"].startswith("placed")]
+    assert distances == [shown] * 3  # turn 1, turn 2, which places on top of it, and the end
+
+
 def test_agents_at_play_are_shown_on_ones_own_machine(web: LeaderboardSite) -> None:
     begin(web)
     with served(web, OWN) as site:
         page = site.get(f"/en/runs/{LIVE_RUN}/episodes/{EPISODE}")
+        assert "anyone who may play here without one can open this page" in page.text
         assert WITHHELD["en"] not in page.text
         assert "data-map=" in page.text
         assert truth_of(page)
