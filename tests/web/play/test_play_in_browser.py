@@ -191,8 +191,12 @@ def test_every_outcome_is_said(browser: Browser, server: PageServer) -> None:
         expect(page.locator("#outcome")).to_have_text("Nothing is within reach.")
         press(page, (tiny.L, tiny.R, tiny.F, tiny.F), first=1)
         expect(page.locator("#outcome")).to_have_text("You moved one step.")
-        press(page, (tiny.P, tiny.L, tiny.F), first=5)
+        press(page, (tiny.P, tiny.L), first=5)
+        expect(page.locator("#outcome")).to_have_text("You turned left.")
+        buttons = page.locator(".pad").bounding_box()
+        press(page, (tiny.F,), first=7)
         expect(page.locator("#outcome")).to_contain_text("You can step only while you face a wall straight")
+        assert page.locator(".pad").bounding_box() == buttons  # there is room for the longer message
         press(page, (tiny.P,), first=8)
         expect(page.locator("#outcome")).to_contain_text("You can place only while you face a wall straight")
         press(page, (tiny.P,), first=9)

@@ -53,7 +53,8 @@ export class Stage {
     const box = this.maps[key];
     if (!box) return; // withheld while a person plays
     const agent = box.querySelector("[data-field=agent]"), scale = agent.dataset.scale;
-    box.querySelector(".trail").setAttribute("points", way(this.source.moments, step));
+    const points = way(this.source.moments, step);
+    for (const line of box.querySelectorAll(".trail, [data-under]")) line.setAttribute("points", points);
     put(agent, moment.place, `rotate(${moment.heading}) scale(${scale})`);
     const goal = box.querySelector("[data-field=goal]"), note = this.source.notes[moment.note];
     put(goal, note?.goal, `scale(${scale})`);
