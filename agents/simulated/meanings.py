@@ -1,16 +1,21 @@
 """Training data of the learned reader: pairs of text and meaning in every language.
 
-New meanings are made from those of a split by exchanging things and combining steps; grammars write their texts.
+New meanings are made from those of a split by exchanging things and combining steps; grammars write their texts. Some
+are written once more in a form that people type: with typing errors, in keywords, romanised, with English words.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
-from arramon_client.world import BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
+from arramon_client.world import ASSEMBLY, BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE, NAVIGATION
+from arramon_dataset.forms.forms import FORMS, FormWriter, draw_voices
 from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.sim.assets.furniture import COLOURS
@@ -26,6 +31,12 @@ REPLACED_SHARE = 0.8
 
 REDRAWN_SHARE = 0.25
 """Share of directions, sides and ordinals that are redrawn where things are replaced."""
+
+FORM_SHARE = 0.4
+"""Share of new texts that are written once more, in a form."""
+
+CHUNK = 200
+"""Number of texts that a process is given at a time."""
 
 INTERSECTION_ARMS = (3, 4)
 """Possible numbers of streets at an intersection, which cannot be parsed from every text."""
@@ -69,33 +80,62 @@ def read_samples(data: Path, split: str) -> list[TextSample]:
     return samples
 
 
-def draw_samples(plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int) -> Iterator[TextSample]:
-    """Yield new texts with their meanings, alternating between languages.
+def draw_samples(
+    plans: Sequence[Meaning], languages: Sequence[str], count: int, seed: int, processes: int = 1
+) -> Iterator[TextSample]:
+    """Yield new texts with their meanings, alternating between languages; after some comes the same text in a form.
+
+    The texts do not depend on the number of processes.
 
     Args:
         plans: meanings to start from.
         languages: language codes.
-        count: number of texts.
+        count: number of new texts, without those in a form.
         seed: seed of all random choices.
+        processes: number of processes.
     """
-    random = Random(seed)  # noqa: S311 - nothing here is a secret
+    draw = partial(_draw, plans, tuple(languages), seed)
+    if processes <= 1:
+        for number in range(count):
+            yield from draw(number)
+        return
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        for drawn in pool.map(draw, range(count), chunksize=CHUNK):
+            yield from drawn
+
+
+def _draw(plans: Sequence[Meaning], languages: Sequence[str], seed: int, number: int) -> list[TextSample]:
+    """Return the new text of a number, and its form if it has one."""
+    random = Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
     walks = [plan for plan in plans if isinstance(plan, Navigation)]
     rooms = [plan for plan in plans if isinstance(plan, Assembly)]
-    made = 0
-    while made < count:
+    language = languages[number % len(languages)]
+    while True:
         in_street = not rooms or (walks and random.random() < NAVIGATION_SHARE)
         meaning: Meaning = random.choice(walks) if in_street else random.choice(rooms)
         if isinstance(meaning, Navigation) and random.random() < COMBINED_SHARE:
             meaning = _splice(meaning, random.choice(walks), random)
         if random.random() < REPLACED_SHARE:
             meaning = randomise_things(meaning, random)
-        language = languages[made % len(languages)]
         try:
             text = lang.load(language).write(meaning, random)
         except ValueError:  # The language has no words for it.
             continue
-        made += 1
-        yield TextSample(text, language, meaning)
+        found = [TextSample(text, language, meaning)]
+        return [*found, *_in_a_form(found[0], random)] if random.random() < FORM_SHARE else found
+
+
+def _in_a_form(sample: TextSample, random: Random) -> list[TextSample]:
+    """Return a text in a form of its language, if it can be written in the form."""
+    forms = [form for form, languages in FORMS.items() if sample.language in languages]
+    if not forms:
+        return []
+    writer = FormWriter(random.choice(forms), sample.language, random, draw_voices(sample.language, random))
+    phase = NAVIGATION if isinstance(sample.meaning, Navigation) else ASSEMBLY
+    try:
+        return [replace(sample, text=writer.write(sample.text, phase))]
+    except ValueError:  # The grammar does not read it, or has no words for what it reads.
+        return []
 
 
 def write_in_all_languages(plans: Sequence[Meaning], languages: Sequence[str], seed: int) -> Iterator[TextSample]:

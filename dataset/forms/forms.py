@@ -92,6 +92,12 @@ def _not_straight(meaning: Meaning) -> Meaning:
     return replace(meaning, steps=tuple(steps))
 
 
+def draw_voices(language: str, random: Random) -> dict[str, Voice]:
+    """Draw the voices of one person who writes in a language: in it, and in English if its forms mix the two."""
+    codes = (language, "en") if language == "hi" else (language,)
+    return {code: lang.load(code).draw_voice(random) for code in codes}
+
+
 def check_form(form: str, language: str) -> None:
     """Check that a language has a form.
 
@@ -117,7 +123,7 @@ def episode_in_form(episode: Episode, form: str, language: str, seed: int) -> Ep
     if language not in episode.instructions:
         return None
     random = seeded(seed, form, language, episode.episode_id)
-    voices = {code: lang.load(code).draw_voice(random) for code in {language, *(("en",) if language == "hi" else ())}}
+    voices = draw_voices(language, random)
     writer = FormWriter(form, language, random, voices)
     try:
         first, second = (

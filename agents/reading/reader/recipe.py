@@ -9,7 +9,7 @@ class ReaderRecipe:
 
     Attributes:
         split: split whose instructions are the source of meanings, from which new texts are written.
-        texts: number of new texts.
+        texts: number of new texts; two in five are written once more in a form that people type.
         passes: number of epochs.
         batch: number of texts in a batch.
         learning_rate: peak learning rate.
@@ -18,7 +18,7 @@ class ReaderRecipe:
 
     split: str = "train"
     texts: int = 40_000
-    passes: int = 4
+    passes: int = 3
     batch: int = 48
     learning_rate: float = 0.003
     seed: int = 0

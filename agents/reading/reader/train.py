@@ -53,7 +53,7 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
         return fine_tune(
             recipe, parse_training_half(workspace.data, recipe.split, language), lang.required(), workspace, report
         )
-    learned, tested, vocabulary = _examples(recipe, workspace.data)
+    learned, tested, vocabulary = _examples(recipe, workspace)
     report(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
     torch.manual_seed(recipe.seed)
     network = ReaderNetwork(ReaderSizes(len(vocabulary)))
@@ -64,21 +64,21 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
             f"{language}/{name}": value for language, each in scores.items() for name, value in asdict(each).items()
         }
 
-    steps = recipe.passes * recipe.texts // recipe.batch
+    steps = recipe.passes * len(learned.texts) // recipe.batch
     _learn(NAME, recipe, steps, network, learned, workspace, report, validate)
     return _write(workspace.output, network, vocabulary)
 
 
-def _examples(recipe: ReaderRecipe, data: Path) -> tuple[Examples, Examples, Vocabulary]:
+def _examples(recipe: ReaderRecipe, workspace: Workspace) -> tuple[Examples, Examples, Vocabulary]:
     """Return training examples, validation examples from other episodes, and the vocabulary of the training texts."""
-    given = read_samples(data, recipe.split)
+    given = read_samples(workspace.data, recipe.split)
     each = 4 * len(lang.required())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
     plans, held_out = (
         [one.meaning for one, is_held in zip(given, parts, strict=True) if is_held is wanted]
         for wanted in (False, True)
     )
-    drawn = list(draw_samples(plans, lang.required(), recipe.texts, recipe.seed))
+    drawn = list(draw_samples(plans, lang.required(), recipe.texts, recipe.seed, workspace.processes))
     vocabulary = Vocabulary.of(sample.text for sample in drawn)
     written = write_in_all_languages(held_out, lang.required(), recipe.seed)
     return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
