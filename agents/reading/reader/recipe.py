@@ -18,9 +18,9 @@ class ReaderRecipe:
 
     split: str = "train"
     texts: int = 40_000
-    passes: int = 3
-    batch: int = 48
-    learning_rate: float = 0.003
+    passes: int = 4
+    batch: int = 96
+    learning_rate: float = 0.004
     seed: int = 0
 
 
