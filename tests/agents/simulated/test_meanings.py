@@ -1,5 +1,6 @@
 """Generated texts with meanings: exchanged things, combined steps, all languages."""
 
+import itertools
 from random import Random
 
 import arramon_lang as lang
@@ -43,8 +44,22 @@ def test_things_are_exchanged_for_others_that_are_named_as_fully() -> None:
 def test_texts_are_drawn_in_all_languages_by_the_seed() -> None:
     one, again, other = (list(draw_samples([PLAN], lang.required(), 12, seed)) for seed in (1, 1, 2))
     assert one == again != other
-    assert [sample.language for sample in one] == ["en", "hi"] * 6
-    assert all(lang.identify(sample.text) == sample.language for sample in one)
+    plain = [sample for number, sample in enumerate(one) if not number or sample.meaning is not one[number - 1].meaning]
+    assert [sample.language for sample in plain] == ["en", "hi"] * 6
+    assert all(lang.identify(sample.text) == sample.language for sample in plain)
+
+
+def test_some_texts_come_again_in_a_form_that_people_type() -> None:
+    drawn = list(draw_samples([PLAN], lang.required(), 40, 1))
+    forms = [two for one, two in itertools.pairwise(drawn) if two.meaning is one.meaning]
+    assert 8 <= len(forms) <= 24
+    assert all(one.text != two.text for one, two in itertools.pairwise(drawn) if two in forms)
+    assert any(sample.language == "hi" and sample.text.isascii() for sample in forms)
+
+
+def test_two_processes_draw_the_same_texts() -> None:
+    alone, together = (list(draw_samples([PLAN], lang.required(), 6, 1, processes)) for processes in (1, 2))
+    assert alone == together
 
 
 def test_plans_are_written_as_they_are() -> None:
