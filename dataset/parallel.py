@@ -3,7 +3,7 @@
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -26,18 +26,21 @@ def processes_of(jobs: int) -> int:
 
 
 @contextmanager
-def process_pool(processes: int, work: str) -> Iterator[ProcessPoolExecutor]:
+def process_pool(
+    processes: int, work: str, begin: Callable[..., object] | None = None, *arguments: object
+) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool of processes; leaving the block cancels work that has not begun.
 
     Args:
         processes: their number.
         work: what each of them does, for the error message: "renders demonstrations".
+        begin: called with `arguments` in each process before its first task; None for nothing.
 
     Raises:
         ArraMonError: when results are read inside the block, if a process has died.
     """
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_end_with_parent)
+    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(begin, arguments))
     try:
         yield pool
     except BrokenProcessPool as error:
@@ -46,7 +49,9 @@ def process_pool(processes: int, work: str) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _end_with_parent() -> None:
-    """End this process with its parent, however that ends; leave keyboard interrupts to it."""
+def _begin(begin: Callable[..., object] | None, arguments: tuple[object, ...]) -> None:
+    """End this process with its parent, however that ends, and leave keyboard interrupts to it; then call `begin`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
+    if begin is not None:
+        begin(*arguments)

@@ -115,10 +115,11 @@ ALLOWED: dict[str, set[str]] = {
     },
     "arramon_agents.training": {  # What trainings share: it imports no agent.
         "arramon_agents.weights", "arramon_agents.perception", "arramon_agents.simulated", "arramon_client",
-        "arramon_lang",
+        "arramon_dataset.parallel", "arramon_lang",
     },
     "arramon_agents.simulated": {  # For training alone: no agent imports it at play.
         *WORLD, *server("episodes", "errors", "scoring"), "arramon_dataset", "arramon_agents.mapping",
+        "arramon_agents.process_settings",
         "arramon_agents.perception", "arramon_agents.reading", "arramon_agents.vl_map", "arramon_client",
         "arramon_lang",
     },

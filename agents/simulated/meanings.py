@@ -5,10 +5,8 @@ are written once more in a form that people type: with typing errors, in keyword
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 
@@ -16,6 +14,7 @@ import arramon_lang as lang
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_client.world import ASSEMBLY, BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE, NAVIGATION
 from arramon_dataset.forms.forms import FORMS, FormWriter, draw_voices
+from arramon_dataset.parallel import process_pool
 from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.sim.assets.furniture import COLOURS
@@ -99,7 +98,7 @@ def draw_samples(
         for number in range(count):
             yield from draw(number)
         return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with process_pool(processes, "writes texts") as pool:
         for drawn in pool.map(draw, range(count), chunksize=CHUNK):
             yield from drawn
 

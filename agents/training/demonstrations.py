@@ -7,11 +7,9 @@ interrupted collection resumes where it stopped.
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +23,7 @@ from arramon_client.environments.backend import Backend, Player, PlayerSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
 from arramon_client.world import ASSEMBLY, NAVIGATION, PHASES
+from arramon_dataset.parallel import process_pool
 
 ROOMS = "drawn_rooms"
 """Name of the split of generated tasks in the assembly room only."""
@@ -102,9 +101,10 @@ def collect(source: DemonstrationSource, cache: Path, processes: int = 1) -> Ite
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{episode_id}.zst" for episode_id in ids]
     missing = [(episode_id, path) for episode_id, path in zip(ids, paths, strict=True) if not path.exists()]
-    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn")) if processes > 1 and missing else None
-    drawn = (pool.map if pool else map)(partial(_render, source), *zip(*missing, strict=True)) if missing else iter(())
-    with pool or nullcontext():
+    several = process_pool(processes, "renders demonstrations") if processes > 1 and missing else nullcontext()
+    with several as pool:
+        render = partial(_render, source)
+        drawn = (pool.map if pool else map)(render, *zip(*missing, strict=True)) if missing else iter(())
         for path in paths:
             while not path.exists():
                 next(drawn)

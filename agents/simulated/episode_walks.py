@@ -2,9 +2,7 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +13,7 @@ from arramon_agents.simulated.courses import Course
 from arramon_agents.simulated.walks import LabelledDecision, walk
 from arramon_agents.vl_map.network import PolicyNetwork
 from arramon_agents.vl_map.policy import MapPolicy
+from arramon_dataset.parallel import process_pool
 
 PERFECT_SHARE = 0.25
 """Share of walks without perception errors; the others have 0.5 to 1.5 times the measured error rates."""
@@ -61,10 +60,9 @@ def walk_episodes(
     if processes <= 1:
         yield from map(_Walker(pairs, network).walk, planned)
         return
-    with ProcessPoolExecutor(
-        processes, mp_context=get_context("spawn"), initializer=_begin_process, initargs=(pairs, network)
-    ) as pool:
+    with process_pool(processes, "simulates walks", _begin_process, pairs, network) as pool:
         yield from pool.map(_walk_in_process, planned, chunksize=CHUNK)
+        pool.shutdown()  # Waits, so that `cpu_seconds` counts the processes.
 
 
 def walk_turns(pair: CoursePair, reading: int, seed: Sequence[int], policy: MapPolicy | None = None) -> EpisodeWalk:

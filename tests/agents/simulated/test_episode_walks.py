@@ -7,8 +7,8 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.reading.reader.reader import load  # noqa: E402
 from arramon_agents.simulated.courses import training_courses  # noqa: E402
+from arramon_agents.simulated.episode_walks import CoursePair, PlannedWalk, cpu_seconds, walk_episodes  # noqa: E402
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes  # noqa: E402
-from arramon_agents.vl_map.training_walks import CoursePair, PlannedWalk, cpu_seconds, walk_episodes  # noqa: E402
 from tests import tiny  # noqa: E402
 
 
