@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests import ROOT
-from website.figures import ablations, drawings, language, results, speed, style
+from website.figures import ablations, drawings, language, learning, results, speed, style
 from website.figures.tables import difference, read_tables, table
 
 FOLDER = ROOT / "docs" / "figures"
@@ -19,7 +19,7 @@ CHARTS = (
     {name: results.rows(metric) for metric, name in results.METRICS.items()}
     | {name: ablations.rows(name) for name in ablations.CHARTS}
     | {name: language.rows(name) for name in language.CHARTS}
-    | {speed.NAME: speed.rows()}
+    | {speed.NAME: speed.rows(), learning.NAME: learning.rows()}
 )
 
 
@@ -95,7 +95,7 @@ def test_other_projects_and_busy_machines_are_marked() -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("draw", [partial(language.draw, "language-paths"), speed.draw])
+@pytest.mark.parametrize("draw", [partial(language.draw, "language-paths"), speed.draw, learning.draw])
 def test_other_charts_are_drawn(draw: Callable[[Path], None], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the extra `docs` is not installed: scripts/setup dev")
     draw(tmp_path / "a.svg")

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from website.figures import ablations, drawings, language, results, speed
+from website.figures import ablations, drawings, language, learning, results, speed
 from website.staging import DOCS
 
 
@@ -21,6 +21,7 @@ def main() -> int:
     for name in language.CHARTS:
         language.draw(name, folder / f"{name}.svg")
     speed.draw(folder / f"{speed.NAME}.svg")
+    learning.draw(folder / f"{learning.NAME}.svg")
     for name, text in drawings.all_drawings().items():
         (folder / f"{name}.svg").write_text(text, encoding="utf-8")
     return 0
