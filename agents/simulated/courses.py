@@ -13,8 +13,8 @@ from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
 from arramon_agents.simulated.training_split import read_training_split
 from arramon_agents.simulated.world import StreetWorld, Things
-from arramon_client.world import Action
-from arramon_lang.meaning import Navigation
+from arramon_client.world import NAVIGATION, Action
+from arramon_lang.meaning import Meaning, Navigation
 from arramon_server.episodes.episode import Episode
 from arramon_server.episodes.splits import Split, split_folders
 from arramon_server.sim.own_furniture import furnished
@@ -34,7 +34,8 @@ class Course:
         path: reference path, (n, 2) of (x, z).
         items: collectibles; the first is the target.
         turn: 1 or 2.
-        readings: the instruction as rows, alternatives: the true meaning, and the reader's output for each language.
+        readings: the instruction as rows, alternatives: the true meaning, unless the grammar cannot parse the text, and
+            the reader's output for each language.
         arcs: (n,) distance along the path from its start to each point, in units.
     """
 
@@ -68,7 +69,11 @@ def courses_of(
         episodes: the episodes.
         languages: languages of the instructions.
         reader: reader of instructions.
-        meant: whether the first reading is the true meaning, parsed by the grammar of the first language.
+        meant: whether the first reading is the true meaning, parsed by the grammar of the first language. A text that
+            the grammar cannot parse, such as a person's, has the reader's output alone.
+
+    Raises:
+        ValueError: if a turn has no reading; names it.
     """
     worlds: dict[str, StreetWorld] = {}
     for episode in episodes:
@@ -84,13 +89,23 @@ def courses_of(
             texts = {language: episode.instruction(language, number, "navigation") for language in languages}
             meanings = [reader.read(text, "navigation") for text in texts.values()]
             if meant:
-                meanings.insert(0, lang.load(languages[0]).read(texts[languages[0]], "navigation"))
+                meanings = [*true_meaning(texts[languages[0]], languages[0], NAVIGATION), *meanings]
             readings = [rows for rows in map(_rows, meanings) if rows]
+            if not readings:
+                raise ValueError(f"episode {episode.episode_id!r}, turn {number}: no step is read in its instruction")
             things = Things(world.props, list(turn.street))
             start = *turn.path[0], math.radians(heading)
             yield Course(world, things, start, np.array(turn.path), turn.street, number, readings)
             turned = sum({Action.LEFT: -30.0, Action.RIGHT: 30.0}.get(action, 0.0) for action in turn.actions)
             heading += turned
+
+
+def true_meaning(text: str, language: str, phase: str) -> list[Meaning]:
+    """Return the meaning that the grammar of a language parses in a text; none if it cannot parse the text."""
+    try:
+        return [lang.load(language).read(text, phase)]
+    except lang.CannotRead:
+        return []
 
 
 def _rows(meaning: object) -> list[Row]:

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 
-import arramon_lang as lang
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.slots import Row, rows_of
-from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES
+from arramon_agents.simulated.courses import true_meaning
+from arramon_client.world import ASSEMBLY, COLLECTIBLE_COLOURS, COLLECTIBLES
 from arramon_lang.cell_grading import Cell, Room, RoomObject
 from arramon_server.episodes.episode import Episode
 
@@ -25,7 +25,8 @@ class RoomExample:
 
     Attributes:
         room: contents of the room before the object is placed.
-        readings: the instruction as rows, alternatives: the true meaning, and the reader's output for each language.
+        readings: the instruction as rows, alternatives: the true meaning, unless the grammar cannot parse the text, and
+            the reader's output for each language.
         cell: target cell.
     """
 
@@ -52,8 +53,8 @@ def room_examples_of(
         ]  # fmt: skip
         for number, turn in enumerate(episode.turns, start=1):
             texts = [episode.instruction(language, number, "assembly") for language in languages]
-            meanings = [lang.load(languages[0]).read(texts[0], "assembly")]
-            meanings += [reader.read(text, "assembly") for text in texts]
+            meanings = true_meaning(texts[0], languages[0], ASSEMBLY)
+            meanings += [reader.read(text, ASSEMBLY) for text in texts]
             cell = turn.target_cell
             yield RoomExample(Room(tuple(things), WALLS), [rows_of(each) for each in meanings], (cell.column, cell.row))
             target = turn.target.type

@@ -1,6 +1,7 @@
 """Simulated walks: what the body perceives in a small street, labels of decisions, and walks that follow them."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,15 @@ import pytest
 from arramon_agents.reading.reader.reader import load
 from arramon_agents.simulated.body import PerceptionErrorRates, SimulatedBody
 from arramon_agents.simulated.courses import Course, training_courses
+from arramon_agents.simulated.room_examples import room_examples_of
 from arramon_agents.simulated.walks import score, walk
 from arramon_agents.simulated.world import StreetWorld, Things
 from arramon_agents.vl_map.options import OPTIONS
 from arramon_client.agent import Action
 from arramon_client.errors import UsageError
 from arramon_lang.meaning import Thing
+from arramon_server.episodes.episode import Instructions
+from arramon_server.episodes.splits import write_split
 from arramon_server.sim.section import Building, Prop, Section
 from tests import tiny
 
@@ -138,3 +142,12 @@ def test_missing_data_is_told(tmp_path: Path) -> None:
     tiny.write(tmp_path, "train", 2)
     with pytest.raises(ValueError, match="the split 'train' has no language 'fr'; it has en, hi"):
         training_courses(tmp_path, ("fr",), 0, load())
+
+
+def test_a_text_that_the_grammar_cannot_parse_has_the_readers_output_alone(tmp_path: Path) -> None:
+    texts = Instructions("Mosey on over yonder, partner.", "Howdy, partner.")
+    free = replace(tiny.episode("1", ("en",)), instructions={"en": (texts, texts)})
+    write_split(tmp_path, "train", hidden=False, source="tests", episodes=[free], sections=[tiny.SECTION])
+    courses, _ = training_courses(tmp_path, ("en",), 0, load())
+    assert [len(course.readings) for course in courses] == [1, 1]
+    assert [len(example.readings) for example in room_examples_of([free], ("en",), load())] == [1, 1]
