@@ -160,7 +160,7 @@ LOOKS = {
     ("banner", "diamond"): [VAALA.replace("{}", each) for each in ("डायमंड", "डायमंड के निशान")],
     ("banner", "triangle"): [VAALA.replace("{}", each) for each in ("त्रिकोण", "त्रिकोण के निशान", "तिकोने निशान")],
     ("banner", "circle"): [VAALA.replace("{}", each) for each in ("गोले के निशान", "गोल निशान")],
-    ("banner", "hexagon"): [VAALA.replace("{}", each) for each in ("छह कोनों के निशान", "हेक्सागन के निशान")],
+    ("banner", "hexagon"): [VAALA.replace("{}", each) for each in ("षट्कोण के निशान", "हेक्सागन के निशान")],
     ("banner", "dot"): [VAALA.replace("{}", each) for each in ("बिंदी", "बिंदी के निशान")],
     ("shop_sign", "hotel"): [KAA.replace("{}", "होटल")],
     ("shop_sign", "cafe"): [KAA.replace("{}", "कैफ़े")],

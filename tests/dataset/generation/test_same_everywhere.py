@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "529fc882ce848be9b9ebf725ce4d3d5b6f017e5ec4819c4216c7c5e98c5979fa",
-    "digest": "23e537e6a365464bffaa1f86288c17d10430b0a78c957527e55a23d2ba1698d5",
+    "data": "87bd93fd0047471a76328062b01fa836f47aa7824bbd3782e14eec9c65844022",
+    "digest": "fead1a8eced47083d9c00c4c2e93020cd6555fcea8b34a1aab8be33c5bc07f26",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
