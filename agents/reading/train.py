@@ -5,7 +5,6 @@ from pathlib import Path
 from arramon_agents.reading.recipe import SentencePieceRecipe
 from arramon_agents.reading.tokenizers import SHIPPED, SentencePieceTokenizer
 from arramon_agents.simulated.meanings import read_samples
-from arramon_agents.simulated.training_split import read_training_split
 from arramon_agents.training.workspace import Report, Workspace
 
 
@@ -16,7 +15,6 @@ def train(recipe: SentencePieceRecipe, workspace: Workspace, report: Report) -> 
         UsageError: if the data folder does not have the split.
     """
     workspace.output.mkdir(parents=True, exist_ok=True)
-    read_training_split(workspace.data, recipe.split)  # Its errors are for the user; those of `read_samples` are not.
     path = workspace.output / SHIPPED.name
     texts = [sample.text for sample in read_samples(workspace.data, recipe.split)]
     report(f"sentencepiece: {len(texts)} texts")

@@ -12,11 +12,11 @@ from random import Random
 
 import arramon_lang as lang
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
+from arramon_agents.simulated.training_split import read_training_split
 from arramon_client.world import ASSEMBLY, BANNER_COLOURS, COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE, NAVIGATION
 from arramon_dataset.forms.forms import FORMS, FormWriter, draw_voices
 from arramon_dataset.parallel import process_pool
 from arramon_lang.meaning import TURNS, Assembly, Face, Meaning, Navigation, Rotate, Step, Thing, Walk, Where
-from arramon_server.episodes.splits import read_split, split_folder
 from arramon_server.sim.assets.furniture import COLOURS
 
 NAVIGATION_SHARE = 0.7
@@ -68,10 +68,10 @@ def read_samples(data: Path, split: str) -> list[TextSample]:
         split: name of the split.
 
     Raises:
-        NotFound: if there is no such split.
+        UsageError: if there is no such split, or a file of it is invalid.
     """
     samples = []
-    for episode in read_split(split_folder(data, split)).episodes.values():
+    for episode in read_training_split(data, split).episodes.values():
         for language in lang.required():
             for turn in episode.instructions.get(language, ()):
                 for phase, text in (("navigation", turn.navigation), ("assembly", turn.assembly)):
@@ -93,7 +93,9 @@ def draw_samples(
         seed: seed of all random choices.
         processes: number of processes.
     """
-    draw = partial(_draw, plans, tuple(languages), seed)
+    walks = [plan for plan in plans if isinstance(plan, Navigation)]
+    rooms = [plan for plan in plans if isinstance(plan, Assembly)]
+    draw = partial(_draw, walks, rooms, tuple(languages), seed)
     if processes <= 1:
         for number in range(count):
             yield from draw(number)
@@ -103,11 +105,11 @@ def draw_samples(
             yield from drawn
 
 
-def _draw(plans: Sequence[Meaning], languages: Sequence[str], seed: int, number: int) -> list[TextSample]:
+def _draw(
+    walks: Sequence[Navigation], rooms: Sequence[Assembly], languages: Sequence[str], seed: int, number: int
+) -> list[TextSample]:
     """Return the new text of a number, and its form if it has one."""
     random = Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
-    walks = [plan for plan in plans if isinstance(plan, Navigation)]
-    rooms = [plan for plan in plans if isinstance(plan, Assembly)]
     language = languages[number % len(languages)]
     while True:
         in_street = not rooms or (walks and random.random() < NAVIGATION_SHARE)

@@ -107,17 +107,19 @@ def _request(arguments: argparse.Namespace, split: str, languages: Sequence[str]
 
 
 def _of_split(request: ExportRequest) -> "tuple[ExportRequest, Split, EpisodeSelection]":
-    from arramon_dataset.demonstrations.export import complete_request, find_split
+    from arramon_dataset.demonstrations.export import complete_request
     from arramon_dataset.demonstrations.sources import ground_truth
+    from arramon_server.episodes.splits import read_named_split
 
-    split = find_split(request.data, request.split)
+    split = read_named_split(request.data, request.split)
     request = complete_request(request, split)
     return request, split, ground_truth(split, request)
 
 
 def _of_run(arguments: argparse.Namespace) -> "tuple[ExportRequest, Split, EpisodeSelection]":
-    from arramon_dataset.demonstrations.export import complete_request, find_split
+    from arramon_dataset.demonstrations.export import complete_request
     from arramon_dataset.demonstrations.sources import recorded_run
+    from arramon_server.episodes.splits import read_named_split
     from arramon_server.runs.storage.journal import Journal
 
     with open_journal(arguments.settings, read_only=True) as database:
@@ -127,6 +129,6 @@ def _of_run(arguments: argparse.Namespace) -> "tuple[ExportRequest, Split, Episo
             raise BadInput(
                 f"run {run.run_id!r} was played on {run.split!r}, not on {arguments.split!r}; leave --split out"
             )
-        split = find_split(arguments.data, run.split)
+        split = read_named_split(arguments.data, run.split)
         request = complete_request(_request(arguments, run.split, arguments.lang or (run.language,)), split)
         return request, split, recorded_run(journal, run, split, request)

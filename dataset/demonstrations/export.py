@@ -17,8 +17,8 @@ from arramon_dataset.demonstrations.parts import ExportPart, episodes_by_languag
 from arramon_dataset.demonstrations.request import ExportRequest, ResolvedExport, check_request
 from arramon_dataset.demonstrations.sources import EpisodeSelection
 from arramon_dataset.parallel import processes_of
-from arramon_server.episodes.splits import Split, no_splits_error, read_split, split_folder, split_folders
-from arramon_server.errors import BadInput, Conflict, NotFound, StorageError
+from arramon_server.episodes.splits import Split, read_named_split
+from arramon_server.errors import BadInput, Conflict, StorageError
 from arramon_server.sim.cameras import CAMERAS
 from arramon_server.sim.physics import problem_of_camera
 from arramon_server.sim.raster.camera import compile_kernels
@@ -70,21 +70,6 @@ class PartJob:
     export: ResolvedExport
     folder: Path
     part: ExportPart
-
-
-def find_split(data: Path, name: str) -> Split:
-    """Return a split of the data folder.
-
-    Raises:
-        NotFound: if there is no such split; the message lists the existing ones.
-        BadFile: if a file of the split is invalid.
-    """
-    names = [folder.name for folder in split_folders(data)]
-    if not names:
-        raise no_splits_error(data)
-    if name not in names:
-        raise NotFound(f"there is no split {name!r} in {data}; there are {', '.join(names)}")
-    return read_split(split_folder(data, name))
 
 
 def complete_request(request: ExportRequest, split: Split) -> ExportRequest:
@@ -203,7 +188,7 @@ def write_part(job: PartJob) -> tuple[int, int]:
 
 @lru_cache(maxsize=2)
 def _split(export: ResolvedExport) -> Split:
-    split = find_split(export.request.data, export.request.split)
+    split = read_named_split(export.request.data, export.request.split)
     if split.data_hash != export.data_hash:
         raise Conflict(f"the data of split {split.name!r} has changed during the export; start again")
     return split

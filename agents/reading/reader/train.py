@@ -16,7 +16,6 @@ from arramon_agents.reading.reader.task import Examples, ReadingTask, score
 from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary
 from arramon_agents.simulated.meanings import TextSample, draw_samples, read_samples, write_in_all_languages
 from arramon_agents.simulated.people_texts import parse_training_half
-from arramon_agents.simulated.training_split import read_training_split
 from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
 from arramon_agents.training.recipe import as_json
 from arramon_agents.training.schedule import warm_up_cosine
@@ -47,7 +46,6 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
     check_recipe(workspace.output, TUNING if isinstance(recipe, FineTuningRecipe) else NAME, as_json(recipe))
-    read_training_split(workspace.data, recipe.split)  # Its errors are for the user; those of `read_samples` are not.
     if isinstance(recipe, FineTuningRecipe):
         (language,) = recipe.languages
         return fine_tune(

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from arramon_dataset.demonstrations.export import ExportProgress, complete_request, export_demonstrations, find_split
+from arramon_dataset.demonstrations.export import ExportProgress, complete_request, export_demonstrations
 from arramon_dataset.demonstrations.request import ResolvedExport, make_request
 from arramon_dataset.demonstrations.sources import ground_truth
+from arramon_server.episodes.splits import read_named_split
 from arramon_server.runs.play.session import EpisodeSession
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.rules import Limits
@@ -35,7 +36,7 @@ def export(
 ) -> ResolvedExport:
     """Export ground truth; with all sensors and in parts of two episodes, unless other settings are given."""
     frames = {} if format_ == "plain" else {"sensors": SENSORS, "size": SIZE}
-    found = find_split(data, split)
+    found = read_named_split(data, split)
     request = complete_request(make_request(data, split, format_, **{"part_size": 2, **frames, **more}), found)
     return export_demonstrations(
         request, found, ground_truth(found, request), output, jobs=jobs, on_progress=on_progress
@@ -60,7 +61,7 @@ def expected_observations(
     data: Path, episode_id: str, language: str, actions: Sequence[int] = tiny.ACTIONS, size: int = SIZE
 ) -> Iterator[ExpectedObservation]:
     """Yield the observations before each action, made by the rules and the camera without the environments."""
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     episode = split.episodes[episode_id]
     with closing(Worlds({"tiny": split})) as worlds:
         world = worlds.world("tiny", episode)
@@ -83,7 +84,7 @@ def expected_observations(
 
 def playing_order(data: Path, language: str) -> list[str]:
     """Ids of the episodes in a language, as they are exported."""
-    return [episode.episode_id for episode in find_split(data, "tiny").in_playing_order(language)]
+    return [episode.episode_id for episode in read_named_split(data, "tiny").in_playing_order(language)]
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-from arramon_dataset.demonstrations.export import complete_request, find_split
+from arramon_dataset.demonstrations.export import complete_request
 from arramon_dataset.demonstrations.request import make_request
+from arramon_server.episodes.splits import read_named_split
 from arramon_server.errors import BadInput, Forbidden, NotFound
 
 
@@ -46,12 +47,12 @@ def test_order_and_repetition_of_names_do_not_matter() -> None:
 
 def test_settings_that_the_split_does_not_have(data: Path) -> None:
     with pytest.raises(NotFound, match=r"there is no split 'nowhere' in .*; there are secret, tiny"):
-        find_split(data, "nowhere")
+        read_named_split(data, "nowhere")
     with pytest.raises(BadInput, match="the split 'tiny' has no language 'fr'; it has en, hi"):
-        complete_request(make_request(data, "tiny", "plain", languages=("fr",)), find_split(data, "tiny"))
+        complete_request(make_request(data, "tiny", "plain", languages=("fr",)), read_named_split(data, "tiny"))
 
 
 @pytest.mark.parametrize("format_", ["plain", "minari", "lerobot", "huggingface"])
 def test_hidden_splits_are_refused(data: Path, format_: str) -> None:
     with pytest.raises(Forbidden, match=r"the split 'secret' is hidden: .* from open splits only"):
-        complete_request(make_request(data, "secret", format_), find_split(data, "secret"))
+        complete_request(make_request(data, "secret", format_), read_named_split(data, "secret"))

@@ -9,9 +9,10 @@ import minari
 import pytest
 
 from arramon_client.demonstrations import Demonstrations
-from arramon_dataset.demonstrations.export import complete_request, export_demonstrations, find_split
+from arramon_dataset.demonstrations.export import complete_request, export_demonstrations
 from arramon_dataset.demonstrations.request import make_request
 from arramon_dataset.demonstrations.sources import EpisodeActions, EpisodeSelection, ground_truth, recorded_run
+from arramon_server.episodes.splits import read_named_split
 from arramon_server.errors import ArraMonError, BadInput, Conflict
 from arramon_server.runs.storage import causes
 from arramon_server.runs.storage.database import Database
@@ -30,13 +31,13 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 
 def sources_of(database: Database, data: Path, run_id: str, language: str = "en") -> EpisodeSelection:
-    split, journal = find_split(data, "tiny"), Journal(database)
+    split, journal = read_named_split(data, "tiny"), Journal(database)
     request = complete_request(make_request(data, "tiny", "plain", languages=(language,), run_id=run_id), split)
     return recorded_run(journal, journal.run(run_id), split, request)
 
 
 def test_a_run_is_exported_as_it_was_played(data: Path, database: Database, tmp_path: Path) -> None:
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     ended = {"1": causes.TIME_LIMIT, "2": causes.FORFEITED, "4": causes.FORFEITED}
     played.play(database, split, actions=CUT, ended=ended)
     sources = sources_of(database, data, "r")
@@ -72,7 +73,7 @@ def test_a_run_is_exported_as_it_was_played(data: Path, database: Database, tmp_
 
 
 def test_runs_that_cannot_be_exported(data: Path, database: Database) -> None:
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     played.play(database, split, "over", {"1": tiny.ACTIONS})
     played.play(database, split, "open", {"1": tiny.ACTIONS[:3]}, over=False)
     with pytest.raises(Conflict, match="run 'open' is still being played; export it when it is over"):
@@ -86,7 +87,7 @@ def test_runs_that_cannot_be_exported(data: Path, database: Database) -> None:
 
 
 def test_ground_truth_that_no_run_could_play_is_left_out(data: Path) -> None:
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     episode = split.episodes["1"]
     long = replace(episode, turns=(replace(episode.turns[0], actions=(tiny.L,) * 151), episode.turns[1]))
     changed = replace(split, episodes={**split.episodes, "1": long})
@@ -97,7 +98,7 @@ def test_ground_truth_that_no_run_could_play_is_left_out(data: Path) -> None:
 
 
 def test_a_sample_is_a_prefix(data: Path) -> None:
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     request = complete_request(make_request(data, "tiny", "plain"), split)
     some = ground_truth(split, replace(request, episodes=2)).chosen
     assert some == ground_truth(split, request).chosen[:2]
@@ -115,7 +116,7 @@ def test_a_sample_is_a_prefix(data: Path) -> None:
 def test_actions_that_do_not_fit_are_named(
     data: Path, tmp_path: Path, actions: tuple[int, ...], said: str, format_: str
 ) -> None:
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     frames = {} if format_ == "plain" else {"sensors": ("rgb",), "size": 8}
     request = complete_request(make_request(data, "tiny", format_, **frames), split)  # type: ignore[arg-type]
     wrong = EpisodeSelection((EpisodeActions("1", ("en",), tuple(map(int, actions))),), {}, 150)

@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arramon_dataset.demonstrations.export import find_split
 from arramon_dataset.environments.player import LocalPlayer
 from arramon_server.api.messages import oracle_message
-from arramon_server.episodes.splits import write_split
+from arramon_server.episodes.splits import read_named_split, write_split
 from arramon_server.runs.play.worlds import Worlds
 from arramon_server.sim.own_furniture import OwnFurniture
 from arramon_server.sim.section import Prop
@@ -80,7 +79,7 @@ def test_maps_show_it(data: Path) -> None:
 
 
 def test_the_oracle_is_told_of_it(data: Path) -> None:
-    split = find_split(data, "tiny")
+    split = read_named_split(data, "tiny")
     worlds = Worlds({"tiny": split})
     scenes = {id_: worlds.world("tiny", one).scene for id_, one in split.episodes.items()}
     messages = {id_: oracle_message(one, scenes[id_]).obstacles for id_, one in split.episodes.items()}
