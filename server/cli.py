@@ -41,8 +41,7 @@ FAMILIES = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; return the exit status: 0 success, 1 error (printed), 2 wrong usage, 130 interrupted."""
-    # Set before gRPC is loaded: its own output is not in the log's format, and the error explains the same.
-    os.environ.setdefault("GRPC_VERBOSITY", "NONE")
+    _silence_grpc()
     words = sys.argv[1:] if argv is None else argv
     if words and not words[0].startswith("-") and not _modules(words[0]):
         return _report_unknown(words[0])
@@ -87,8 +86,17 @@ def _report(message: str, arguments: Mapping[str, Any]) -> None:
 
 def load(argv: Sequence[str]) -> None:
     """Import the modules of the command in `argv` before `main` does."""
+    _silence_grpc()
     for module in _modules(argv[0]) if argv else _all_modules():
         import_module(module)
+
+
+def _silence_grpc() -> None:
+    """Turn off gRPC's own output, which is not in the log's format, unless the environment asks for it.
+
+    gRPC reads this when it is loaded.
+    """
+    os.environ.setdefault("GRPC_VERBOSITY", "NONE")
 
 
 def parser(command: str = "") -> argparse.ArgumentParser:

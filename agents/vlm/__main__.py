@@ -55,7 +55,7 @@ def _estimate(options: argparse.Namespace) -> list[str]:
     price = read_price(settings.prices, settings.model)
     if options.trace is not None:
         episodes, mean = estimate.estimate_from_trace(_records(options.trace))
-        said = f"{settings.model}, {options.episodes} episodes, by the {episodes} episodes of {options.trace}:"
+        said = f"{settings.model}, {_episodes(options.episodes)}, by the {_episodes(episodes)} of {options.trace}:"
         return [said, estimate.shown("expected", mean.times(options.episodes), price)]
     return _by_settings(options, settings)
 
@@ -67,7 +67,7 @@ def _by_settings(options: argparse.Namespace, settings: ModelSettings) -> list[s
     size = settings.image_size or 224
     rates = estimate.rates_of(settings, price, options.lang, size)
     prompts = estimate.prompts_of(settings, options.lang)
-    lines = [f"{settings.model}, {options.episodes} episodes, plan={settings.plan}, window={settings.window}:"]
+    lines = [f"{settings.model}, {_episodes(options.episodes)}, plan={settings.plan}, window={settings.window}:"]
     for name, at_most in (("expected", False), ("at most", True)):
         episode = estimate.estimate_episode(settings, prompts, rates, at_most=at_most)
         lines.append(estimate.shown(name, episode.times(options.episodes), price))
@@ -78,6 +78,10 @@ def _by_settings(options: argparse.Namespace, settings: ModelSettings) -> list[s
         "For a better estimate play two episodes (--episodes 2), and add --trace arramon-results/RUN.vlm.jsonl",
     ]
     return lines
+
+
+def _episodes(number: int) -> str:
+    return f"{number} episode{'s' if number != 1 else ''}"
 
 
 def _records(path: Path) -> list[dict[str, object]]:

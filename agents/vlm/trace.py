@@ -17,7 +17,8 @@ class CallTrace:
     """The open trace of a run; one process at a time may hold it.
 
     Args:
-        path: the file; it is created or continued. An incomplete last line, which a killed process left, is removed.
+        path: the file; it is created, for its owner alone as it holds instructions, or continued. An incomplete last
+            line, which a killed process left, is removed.
 
     Attributes:
         path: the file.
@@ -32,7 +33,8 @@ class CallTrace:
         self.path = path
         self.fault = ""
         try:
-            self._file = path.open("a+b", buffering=0)
+            descriptor = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            self._file = os.fdopen(descriptor, "a+b", buffering=0)
         except OSError as error:
             raise StopRun(f"the trace {path} cannot be written: {error.strerror}") from error
         try:

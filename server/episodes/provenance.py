@@ -133,13 +133,27 @@ class OriginCounts:
     own_drawn: int
 
     def __str__(self) -> str:
-        """Return a summary in one line."""
-        return (
-            f"{self.agreed_props} landmarks and {self.agreed_facades} facades recovered by agreement, "
-            f"{self.own_text} put where an episode's own text says, "
-            f"{self.own_coloured} landmarks in the colour that an episode's own text says, "
-            f"{self.drawn_props + self.own_drawn} drawn ({self.own_drawn} for single episodes)"
-        )
+        """Return a summary in one line of the counts above 0; empty if all are 0."""
+        agreed = [_counted(self.agreed_props, "landmark"), _counted(self.agreed_facades, "facade")]
+        drawn = f"{self.drawn_props + self.own_drawn} drawn"
+        parts = [
+            (self.agreed_props + self.agreed_facades, f"{' and '.join(filter(None, agreed))} recovered by agreement"),
+            (self.own_text, f"{self.own_text} put where an episode's own text says"),
+            (
+                self.own_coloured,
+                f"{_counted(self.own_coloured, 'landmark')} in the colour that an episode's own text says",
+            ),
+            (
+                self.drawn_props + self.own_drawn,
+                f"{drawn} ({self.own_drawn} for single episodes)" if self.own_drawn else drawn,
+            ),
+        ]
+        return ", ".join(text for count, text in parts if count)
+
+
+def _counted(count: int, noun: str) -> str:
+    """Return a count and its noun; empty for 0."""
+    return f"{count} {noun}{'s' if count != 1 else ''}" if count else ""
 
 
 def origins_of(provenance: Iterable[Provenance], sections: Mapping[str, Section]) -> OriginCounts:

@@ -43,7 +43,7 @@ def test_server_info_lists_splits_sensors_and_encodings(stub: EvaluationStub) ->
 def test_server_prints_its_splits_and_address_at_start(server: Server) -> None:
     # The first server on a machine also says that it compiles the camera.
     said = [line for line in server.said if line != COMPILING]
-    assert said[1].startswith("split tiny (open): 6 in en, 4 in hi; 1 sections; data ")
+    assert said[1].startswith("split tiny (open): 6 in en, 4 in hi; 1 section; data ")
     assert said[2:] == [f"listening on {server.address}"]
 
 

@@ -133,7 +133,7 @@ def test_the_first_command_generates_episodes_and_plays_them(
     assert cli.main(asked) == 0
     said = capfd.readouterr()
     assert said.err.startswith(f"no episodes in {data} yet: generating a small part of val_unseen (only once)\n")
-    assert "1 of 1 episodes" in said.err
-    assert "on val_unseen, hi, 1 episodes" in said.out
+    assert "1 of 1 episode" in said.err
+    assert "on val_unseen, hi, 1 episode " in said.out
     assert cli.main([*asked, "--episodes", "1"]) == 0
     assert capfd.readouterr().err.startswith("run ")

@@ -13,7 +13,7 @@ from arramon_client import arguments
 from arramon_client.cli import main
 from arramon_client.commands.play import PlayCommand
 from arramon_client.errors import UsageError
-from arramon_client.language_gap import gaps
+from arramon_client.language_gap import INTERVALS, NO_INTERVALS, gap_table, gaps
 from arramon_client.transport.connection import Server as Connected
 from tests import tiny
 from tests.serving import Server
@@ -58,6 +58,7 @@ def test_both_tables_and_the_gap_are_printed(command: list[str], capsys: pytest.
     assert "on tiny, en, " in shown.out
     assert "on tiny, hi, " in shown.out
     assert shown.out.index("on tiny, hi, ") < shown.out.index("gap between languages") < shown.out.index("en minus hi")
+    assert NO_INTERVALS in shown.out
     assert shown.out.count("results: ") == shown.out.count("receipt: ") == 2
     assert len(files()) == 4
     assert main(["verify", *(f"arramon-results/{name}" for name in files() if "receipt" in name), *command[4:6]]) == 0
@@ -189,3 +190,9 @@ def test_the_interval_is_paired_by_episode() -> None:
     few = {name: first[name] for name in list(first)[:9]}
     (gap,) = gaps(report("en", few), report("hi", few))
     assert (gap.difference, gap.low, gap.high) == (0, None, None)
+
+
+@pytest.mark.parametrize(("episodes", "caption"), [(10, INTERVALS), (9, NO_INTERVALS)])
+def test_the_caption_names_intervals_only_where_there_are_some(episodes: int, caption: str) -> None:
+    scores = {f"e{i}": 0.1 * i for i in range(episodes)}
+    assert gap_table([report("en", scores), report("hi", scores)]).caption == caption

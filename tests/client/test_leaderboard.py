@@ -287,7 +287,7 @@ def test_the_host_what_it_corrected_and_when_it_closes_are_said(
     for said in (
         "closes at 2100-01-01T00:00:00+00:00: from then on no runs are created or published",
         "corrected at 2030-01-01: void: 6 episodes (0, 1, 2, 3, 4, ...): a wall",
-        "corrected at 2030-01-02: data corrected in 1 episodes (7), from aaaaaaaaaaaa to bbbbbbbbbbbb, "
+        "corrected at 2030-01-02: data corrected in 1 episode (7), from aaaaaaaaaaaa to bbbbbbbbbbbb, "
         "and all runs scored again: a cell",
         "host: [b]Lab[/b]",
         "contact: mail@example.org",

@@ -70,12 +70,12 @@ def test_a_superseded_receipt_is_told(world: World, tmp_path: Path, capsys: pyte
         assert verify(tmp_path, old, address) == 4
         said = (
             "SUPERSEDED at 2030-01-02: the host has signed another receipt for this run "
-            "(corrected at 2030-01-01: void: 1 episodes (e1): a wall)"
+            "(corrected at 2030-01-01: void: 1 episode (e1): a wall)"
         )
         assert said in capsys.readouterr().out.splitlines()
         assert verify(tmp_path, new, address) == 0
         out = capsys.readouterr().out
-        assert "corrected at 2030-01-01: void: 1 episodes (e1): a wall\n" in out
+        assert "corrected at 2030-01-01: void: 1 episode (e1): a wall\n" in out
         assert f"supersedes the receipt with the digest {'c' * 64} since 2030-01-02\n" in out
         assert verify(tmp_path, signed(payload(steps=6)), address) == 4
         assert "does not list this one among those that it superseded" in capsys.readouterr().out

@@ -27,7 +27,7 @@ def test_generate_writes_episodes_in_every_required_language(
     said = capsys.readouterr()
     split = read_split(split_folder(tmp_path, "val_unseen"))
     site = GenerationSite(split.sections["6"])
-    assert said.out.startswith("split val_unseen (open): 2 in en, 2 in hi; 1 sections")
+    assert said.out.startswith("split val_unseen (open): 2 in en, 2 in hi; 1 section;")
     assert re.fullmatch(r"(val_unseen: \d of 2 episodes from \d+ drafts in 0:\d\d, 0:\d\d left\n)+", said.err)
     assert list(split.episodes) == ["55000", "55008"]
     for episode in split.episodes.values():

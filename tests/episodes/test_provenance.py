@@ -51,9 +51,22 @@ def test_origins_are_counted_apart(tmp_path: Path) -> None:
         agreed_props=1, agreed_facades=1, drawn_props=1, own_coloured=1, own_text=1, own_drawn=2
     )
     assert str(origins) == (
-        "1 landmarks and 1 facades recovered by agreement, 1 put where an episode's own text says, "
-        "1 landmarks in the colour that an episode's own text says, 3 drawn (2 for single episodes)"
+        "1 landmark and 1 facade recovered by agreement, 1 put where an episode's own text says, "
+        "1 landmark in the colour that an episode's own text says, 3 drawn (2 for single episodes)"
     )
+
+
+@pytest.mark.parametrize(
+    ("counts", "text"),
+    [
+        (OriginCounts(0, 0, 0, 0, 0, 0), ""),
+        (OriginCounts(2, 0, 0, 0, 0, 0), "2 landmarks recovered by agreement"),
+        (OriginCounts(0, 3, 4, 0, 0, 0), "3 facades recovered by agreement, 4 drawn"),
+        (OriginCounts(0, 0, 0, 0, 5, 0), "5 put where an episode's own text says"),
+    ],
+)
+def test_counts_of_zero_are_left_out_of_the_summary(counts: OriginCounts, text: str) -> None:
+    assert str(counts) == text
 
 
 def test_nothing_is_counted_where_nothing_was_recovered(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """TLS: encrypted calls, untrusting clients, renewed certificates, and invalid files."""
 
+import json
+import socket
 from pathlib import Path
 
 import grpc
@@ -54,6 +56,26 @@ def test_account_and_run_work_over_tls(
         assert cli.main([*played, *trusting]) == 0
     finally:
         assert server.stop() == 0
+
+
+def test_a_client_without_tls_leaves_no_line_of_grpc_in_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("GRPC_VERBOSITY", raising=False)
+    tiny.write(tmp_path)
+    certificate, key = Authority().sign(tmp_path)
+    options = ("--tls-certificate", str(certificate), "--tls-key", str(key), "--log-format", "json")
+    log = tmp_path / "log"
+    server = Server(tmp_path, "127.0.0.1:0", *options, log=log, anew=True)
+    host, port = server.address.split(":")
+    try:
+        with socket.create_connection((host, int(port)), timeout=120) as connection:
+            connection.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n")
+            assert connection.recv(1) == b""  # The handshake has failed, and the server has closed the connection.
+    finally:
+        assert server.stop() == 0
+    for line in log.read_text().splitlines():
+        assert json.loads(line)["message"]
 
 
 def test_untrusting_and_unencrypted_clients_get_advice(tmp_path: Path) -> None:

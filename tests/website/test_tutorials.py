@@ -79,7 +79,7 @@ def test_train_an_agent(tmp_path: Path) -> None:
         folder.mkdir()
         printed = followed("train-an-agent", folder)
         assert (folder / "arramon-weights" / "smoke" / "vl.safetensors").exists()
-    assert "vl on val_seen, hi, 1 episodes" in printed
+    assert "vl on val_seen, hi, 1 episode " in printed
 
 
 @pytest.mark.slow

@@ -14,6 +14,12 @@ TOTAL, TURNS = "total", ("turn 1", "turn 2")
 MIN_EPISODES = 10
 """Minimum number of episodes for which an interval is computed."""
 
+INTERVALS = "below a difference: its 95% interval, paired by episode"
+"""Caption of a table of gaps with an interval."""
+
+NO_INTERVALS = f"no intervals: they need the scores of {MIN_EPISODES} single episodes"
+"""Caption of a table of gaps without any."""
+
 _Z = 1.959964
 """Quantile of the normal distribution for 95% intervals."""
 
@@ -53,12 +59,14 @@ def gaps(first: evaluation_pb2.Report, second: evaluation_pb2.Report) -> list[Ga
 def gap_table(reports: Sequence[evaluation_pb2.Report]) -> Table:
     """Return the table of gaps between the first report and each of the others."""
     run = reports[0].run
+    found = [gaps(reports[0], other) for other in reports[1:]]
+    has_interval = any(gap.low is not None for its in found for gap in its)
     table = table_of_metrics(
         f"{run.agent} on {run.split}: gap between languages, both turns",
-        "below a difference: its 95% interval, paired by episode, if the server reports scores of single episodes",
+        INTERVALS if has_interval else NO_INTERVALS,
     )
-    for other in reports[1:]:
-        by_metric = {gap.metric: gap for gap in gaps(reports[0], other)}
+    for other, its in zip(reports[1:], found, strict=True):
+        by_metric = {gap.metric: gap for gap in its}
         cells = [_cell(by_metric.get(metric)) for _, metric in COLUMNS]
         table.add_row(f"{run.language} minus {other.run.language} ", *cells)
     return table

@@ -6,6 +6,7 @@ from typing import Any
 
 from arramon.v1 import evaluation_pb2
 from arramon.v1 import leaderboard_pb2 as pb
+from arramon_client.output import episodes_text
 
 MAX_NAMED = 5
 """Maximum number of a correction's episodes that are named."""
@@ -76,6 +77,6 @@ def _correction(
 ) -> str:
     named = ", ".join(map(str, episodes[:MAX_NAMED])) + (", ..." if len(episodes) > MAX_NAMED else "")
     said = _CORRECTION_TEXTS.get(kind, "{episodes}").format(
-        episodes=f"{len(episodes)} episodes ({named})", before=before[:12], after=after[:12]
+        episodes=f"{episodes_text(len(episodes))} ({named})", before=before[:12], after=after[:12]
     )
     return f"corrected at {made_at}: {said}: {reason}"

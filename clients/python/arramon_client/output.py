@@ -24,3 +24,8 @@ def print_json(content: Any) -> None:
     """Print plain data as JSON."""
     sys.stdout.write(to_json(content))
     sys.stdout.flush()
+
+
+def episodes_text(number: int) -> str:
+    """Return a number of episodes with its noun: "1 episode", "24 episodes"."""
+    return f"{number} episode{'s' if number != 1 else ''}"

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from arramon_client.output import episodes_text
 from arramon_client.play import Progress
 
 LINE_EVERY = 10.0
@@ -70,7 +71,7 @@ def progress_lines(console: Console, clock: Callable[[], float] = time.monotonic
         text = pace.describe(state)
         if clock() - last >= LINE_EVERY:
             last = clock()
-            console.print(f"{state.ended} of {state.episodes} episodes, {text}", highlight=False)
+            console.print(f"{state.ended} of {episodes_text(state.episodes)}, {text}", highlight=False)
 
     return show
 

@@ -14,6 +14,7 @@ from arramon.strict_json import NotJsonError, read_json
 from arramon.v1 import evaluation_pb2, types_pb2
 from arramon_client.errors import OutputError, UsageError
 from arramon_client.files import write_whole
+from arramon_client.output import episodes_text
 from arramon_client.printable import to_json
 from arramon_client.session import AgentFailure
 from arramon_client.transport.incoming import check_run_id
@@ -40,7 +41,7 @@ def score_table(report: evaluation_pb2.Report) -> Table:
     """Return the score table: rows for turn 1, turn 2 and the total, with each score's 95% interval below it."""
     run = report.run
     table = table_of_metrics(
-        f"{run.agent} on {run.split}, {run.language}, {run.episodes} episodes",
+        f"{run.agent} on {run.split}, {run.language}, {episodes_text(run.episodes)}",
         "below each score: its 95% interval; rPOD and PTC count where CTC-3 is 1",
     )
     for row in report.rows:

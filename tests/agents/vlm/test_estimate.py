@@ -65,7 +65,7 @@ def test_from_the_trace_of_some_episodes(
     calls, tokens = len(fake.requests) - 2, agent.run_report()["measured"]["tokens"]
     trace = tmp_path / "r.vlm.jsonl"
     text = said(capsys, "--episodes", "20", "--agent-arg", "model=m", "--trace", str(trace))
-    assert "by the 1 episodes of" in text
+    assert "by the 1 episode of" in text
     assert f"{calls * 20} calls" in text
     assert tokens["prompt"] > 0
 

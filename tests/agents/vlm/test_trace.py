@@ -4,6 +4,7 @@ import asyncio
 import errno
 import json
 import os
+import stat
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -42,6 +43,15 @@ def test_another_file_is_left_as_it_is(tmp_path: Path, content: bytes, message: 
     with pytest.raises(StopRun, match=message):
         CallTrace(path)
     assert path.read_bytes() == content
+
+
+def test_others_cannot_read_a_new_trace(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        CallTrace(tmp_path / "r.vlm.jsonl").close()
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "r.vlm.jsonl").stat().st_mode) == 0o600
 
 
 def test_two_processes_cannot_write_one_trace(tmp_path: Path) -> None:

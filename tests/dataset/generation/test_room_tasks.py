@@ -29,7 +29,7 @@ def test_it_is_for_training_and_in_every_language(tmp_path: Path) -> None:
     assert split.training
     assert list(split.episodes) == [f"room-{number}" for number in range(5)]
     assert split.source == "generated, room tasks alone, seed 1, not tried by the follower"
-    assert describe_split(split).startswith("split rooms (for training alone): 5 in en, 5 in hi; 1 sections; data ")
+    assert describe_split(split).startswith("split rooms (for training alone): 5 in en, 5 in hi; 1 section; data ")
 
 
 def test_number_of_jobs_does_not_change_it_and_a_smaller_one_is_a_prefix(

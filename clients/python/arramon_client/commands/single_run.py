@@ -16,7 +16,7 @@ from arramon_client.agent import Agent
 from arramon_client.commands.base import ERROR, SUCCESS
 from arramon_client.errors import AgentError, ArramonClientError, OutputError, ReceiptError, UsageError
 from arramon_client.multi_stream import play_streams
-from arramon_client.output import console
+from arramon_client.output import console, episodes_text
 from arramon_client.play import Outcome, Settings
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.agent_files import agent_label
@@ -215,8 +215,8 @@ class SingleRun:
         settings = self._settings()
         kind = "run" if not self.options.dry_run else "dry run"
         self.say(
-            f"{kind} {run.run_id}: {run.agent.removesuffix(dry_run.NAME_SUFFIX)} plays {run.episodes} episodes of "
-            f"{run.split}, {run.language}, {settings.parallel} in parallel"
+            f"{kind} {run.run_id}: {run.agent.removesuffix(dry_run.NAME_SUFFIX)} plays {episodes_text(run.episodes)} "
+            f"of {run.split}, {run.language}, {settings.parallel} in parallel"
         )
         started = time.monotonic()
         with progress_display(console(stderr=True), quiet=self.options.quiet) as progress:
