@@ -28,6 +28,48 @@ def test_a_tutorial_has_commands_and_says_where_to_go_next(name: str) -> None:
     assert "\n## Next\n" in page.read_text(encoding="utf-8")
 
 
+ACTIVATE = "```sh\n. .venv/bin/activate\n```\n"
+SERVE = '```sh title="Terminal 1: leave it running"\necho listening on nothing\nsleep 600\n```\n'
+USE = "```sh\narramon-client --help\n```\n"
+
+
+def second(block: str) -> str:
+    return block.replace("```sh", '```sh title="Terminal 2"', 1)
+
+
+def follow_text(text: str, folder: Path) -> str:
+    folder.mkdir(exist_ok=True)
+    page = folder / "page.md"
+    page.write_text(text)
+    return tutorial.follow(page, folder)
+
+
+def test_a_terminal_keeps_its_variables(tmp_path: Path) -> None:
+    text = (
+        ACTIVATE + "```sh\nsaid=hello\n```\n" + SERVE + second(ACTIVATE) + '```sh\necho "${said-nothing}"\n```\n' + USE
+    )
+    printed = follow_text(text, tmp_path)
+    assert "\nnothing\n" in f"\n{printed}"
+    assert "usage: arramon-client" in printed
+    assert "hello\n" in follow_text("```sh\nsaid=hello\n```\n```sh\necho $said\n```\n", tmp_path / "other")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (USE, "arramon-client: command not found"),
+        (ACTIVATE + SERVE + second(USE), "arramon-client: command not found"),
+        (ACTIVATE + SERVE + USE, "terminal 1 is busy"),
+        (ACTIVATE + "```sh\nfalse\n```\n" + USE, "false"),
+        (SERVE.replace("sleep 600", "").replace("listening on nothing", "no"), "no"),
+        (USE.replace("```sh", '```sh title="Window 1"'), "the title 'Window 1' names no terminal"),
+    ],
+)
+def test_a_reader_who_cannot_go_on_is_noticed(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(AssertionError, match=said):
+        follow_text(text, tmp_path)
+
+
 @pytest.mark.slow
 def test_play_an_agent(tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
