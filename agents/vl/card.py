@@ -50,7 +50,7 @@ def card(policy: VlPolicy, recipe: Recipe) -> str:
 
 def _text_encoder(recipe: Recipe) -> str:
     if not recipe.reader.startswith(PRETRAINED):
-        return "none: all of the reader is learned"
+        return "its own, learned with the rest of the model"
     source = recipe.reader.removeprefix(PRETRAINED)
     if source == PACKAGE:
         source = f"multilingual-e5-small of the package {PACKAGE} (MIT; `{INSTALL}`)"
