@@ -132,8 +132,8 @@ def _write(data: Path, name: str, episodes: Collection[Episode], hidden: bool, p
         sections.append(rebuilt)
         provenance.append(origins)
     counts = origins_of(provenance, {section.id: section for section in sections})
-    origins = str(counts) or "no furniture"
-    _log.info("split %s: %d episodes in %d sections; %s", name, len(episodes_written), len(sections), origins)
+    summary = str(counts) or "no furniture"
+    _log.info("split %s: %d episodes in %d sections; %s", name, len(episodes_written), len(sections), summary)
     return write_split(
         data, name, hidden=hidden, source=SOURCE, episodes=episodes_written, sections=sections, provenance=provenance
     )
