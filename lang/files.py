@@ -109,7 +109,7 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("things", "whiches"): frozenset(WHICHES),
     ("things", "looks"): frozenset(_LOOKS),
     **{("things", "looks", kind): frozenset(looks) for kind, looks in _LOOKS.items()},
-    ("phrases", "target"): frozenset(("clause", "sentences", "same")),
+    ("phrases", "target"): frozenset(("clause", "sentences", "alone", "same")),
     ("phrases", "assembly"): frozenset(("turn", "place", "place it")),
     ("phrases", "joins"): frozenset(
         (

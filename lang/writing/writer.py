@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from dataclasses import replace
 from itertools import pairwise
 from random import Random
@@ -18,6 +19,9 @@ from arramon_lang.writing.voice import Voice, draw_voice
 
 ATTEMPTS = 48
 """Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
+
+REDRAWS = 10
+"""Maximum number of times that a sentence is written anew because it fails a check, in such a language."""
 
 FURTHER_ATTEMPTS = 96
 """Maximum number of further drafts until one passes, in a language without preferences, whose checks are stricter."""
@@ -64,6 +68,12 @@ NOT_REACHED = ("face", "turn face", "face towards", "walk towards", "walk past t
 ONLY_FACED = ("face", "turn face")
 """Clauses that end where they begin, with their thing in front."""
 
+CHANGED = ("focus", "mentioned_things", "is_at_thing", "last_key", "_used", "_looks")
+"""Attributes of a draft that writing a sentence changes."""
+
+REDRAWN_OPENINGS = 5.0
+"""Factor on the probability of opening words in a sentence that has failed checks twice."""
+
 _LABELS = "abc"
 
 
@@ -102,13 +112,12 @@ class Writer:
             if attempt >= ATTEMPTS and drafts:
                 break
             draft = _Draft(self._grammar, random, voice)
+            draft.redraws = REDRAWS if self._preferences is None else 0
             try:
                 written = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             except _Misleading:
                 continue
-            words = [strip_marks(word.casefold()) for word in written.split()]
-            faults = sum(re.search(pattern, written) is not None for pattern in self._grammar.clumsy)
-            faults += _is_clumsy(words) + (len(words) < MIN_WORDS)
+            faults = self._count_faults(written, max(fewest, 1))
             if faults == 0:
                 drafts.append(written)
             if faults < fewest:
@@ -118,6 +127,11 @@ class Writer:
         if not text:
             raise ValueError("every wording says 'straight' although the thing is not straight ahead")
         return drafts or [text]
+
+    def _count_faults(self, written: str, most: float) -> int:
+        """Return the number of checks that a draft fails, or `most` if it fails as many."""
+        words = [strip_marks(word.casefold()) for word in written.split()]
+        return _count_clumsy(written, self._grammar.clumsy, most, _is_clumsy(words) + (len(words) < MIN_WORDS))
 
     def _chosen(self, drafts: list[str], phase: str, random: Random, voice: Voice) -> str:
         """Return one of the drafts: by the language's preferences and the voice's brevity, or the shortest."""
@@ -132,6 +146,15 @@ class Writer:
         return random.choices(drafts, [math.exp(score - best) for score in scores])[0]
 
 
+def _count_clumsy(text: str, patterns: Iterable[str], most: float, faults: int = 0) -> int:
+    """Return the given number of faults and that of the patterns found in a text, or `most` if there are as many."""
+    for pattern in patterns:
+        if faults >= most:
+            break
+        faults += re.search(pattern, text) is not None
+    return faults
+
+
 def _is_clumsy(words: list[str]) -> bool:
     """Return whether a word occurs twice in a row, or under 40% of the words are distinct (the paper's checks)."""
     return any(a == b for a, b in pairwise(words)) or len(set(words)) < 0.4 * len(words)
@@ -143,25 +166,54 @@ class _Draft(Phraser):
     Attributes:
         is_at_thing: whether the last clause ends at its thing, so that "there" may refer to it.
         last_key: key of the last clause.
+        redraws: maximum number of times that a sentence is written anew because it fails a check.
+        opening_factor: factor on the probability of opening words.
     """
 
     is_at_thing = False
     last_key = ""
+    redraws = 0
+    opening_factor = 1.0
 
     def navigation(self, meaning: Navigation) -> str:
         clauses = self._paired(clause_of(step) for step in meaning.steps)
         groups = self._group_clauses(clauses)
         joined = bool(groups) and len(groups[-1]) < len(_LABELS) and self.random.random() < _TARGET_JOINED_PROBABILITY
-        sentences = []
+        sentences: list[str] = []
         for i, group in enumerate(groups):
             target = meaning.target if joined and i == len(groups) - 1 else None
-            body = self._join_clauses(group, target)
-            sentences.append(self._add_opening("later" if i else "first", body) if len(groups) > 1 else body)
+            sentences.append(self._drawn(sentences, lambda: self._steps(group, target, i, len(groups))))
         if not joined:
-            listed = self.grammar.target
-            body, plain = self._target(meaning.target, (*listed["clause"], *listed["sentences"]), {})
-            sentences.append(self._add_opening("last", body) if len(groups) > 1 and plain else body)
+            sentences.append(self._drawn(sentences, lambda: self._last(meaning.target, len(groups))))
         return self._finish_text(sentences)
+
+    def _steps(self, group: list[Clause], target: Thing | None, number: int, count: int) -> str:
+        """Return the sentence of a group of clauses, of which there are `count`."""
+        body = self._join_clauses(group, target)
+        return self._add_opening("later" if number else "first", body) if count > 1 else body
+
+    def _last(self, target: Thing, count: int) -> str:
+        """Return the sentence about the target, after `count` others."""
+        listed = self.grammar.target
+        body, plain = self._target(target, (*listed["clause"], *listed["sentences"]), {})
+        return self._add_opening("last", body) if count > 1 and plain else body
+
+    def _drawn(self, before: list[str], write: Callable[[], str]) -> str:
+        """Return the sentence that `write` draws, drawn anew while it adds faults to the text before it."""
+        clumsy = self.grammar.clumsy
+        allowed = _count_clumsy(self._finish_text(before), clumsy, math.inf) if self.redraws and before else 0
+        state = {name: copy(getattr(self, name)) for name in CHANGED}
+        for number in range(self.redraws):
+            self.opening_factor = 1.0 if number < 2 else REDRAWN_OPENINGS
+            try:
+                sentence = write()
+                if _count_clumsy(self._finish_text([*before, sentence]), clumsy, allowed + 1) <= allowed:
+                    return sentence
+            except _Misleading:
+                pass
+            for name, value in state.items():
+                setattr(self, name, copy(value))
+        return write()
 
     def assembly(self, meaning: Assembly) -> str:
         parts = [self._turn(direction) for direction in meaning.turns]
@@ -272,7 +324,7 @@ class _Draft(Phraser):
 
     def _add_opening(self, place: str, body: str) -> str:
         """Return a sentence, possibly with opening words for its place in the text ("first", "later" or "last")."""
-        if self.random.random() >= _OPENING_PROBABILITIES[place] * self.voice.manner.openings:
+        if self.random.random() >= _OPENING_PROBABILITIES[place] * self.voice.manner.openings * self.opening_factor:
             return body
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
@@ -335,6 +387,8 @@ class _Draft(Phraser):
             fitting = [p for p in self.grammar.target["same"] if p.weight and not (marked and p.main_only)]
             return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
         content = {"target", "where"} if target.where else {"target"}
+        if not target.where:
+            patterns = self.grammar.target.get("alone", patterns)
         fitting = [
             p
             for p in patterns
