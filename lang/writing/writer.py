@@ -20,7 +20,7 @@ from arramon_lang.writing.voice import Voice, draw_voice
 ATTEMPTS = 48
 """Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
 
-REDRAWS = 10
+REDRAWS = 3
 """Maximum number of times that a sentence is written anew because it fails a check, in such a language."""
 
 FURTHER_ATTEMPTS = 96

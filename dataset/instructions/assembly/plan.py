@@ -33,6 +33,9 @@ ONE_RELATION = 0.35
 TRIES_PER_RELATION = 15
 """Number of plans drawn before one with a further relation is accepted."""
 
+PLAIN_TRIES = 45
+"""Number of plans drawn before one is accepted that is hard to say and to read: people seldom write these."""
+
 EXTRA_RELATION = 0.08
 """Probability of an unnecessary relation."""
 
@@ -95,9 +98,18 @@ def plan_assembly(
         turns = _draw_turns(target_cell, random)
         namer = ObjectNamer(seen, whole, target_type, quarter_after(turns))
         meaning = _draw(turns, target_cell, namer, random)
-        if meaning is not None and len(meaning.where) <= most + number // TRIES_PER_RELATION:
+        if meaning is None or len(meaning.where) > most + number // TRIES_PER_RELATION:
+            continue
+        if number >= PLAIN_TRIES or _is_plain(meaning):
             return meaning
     return None
+
+
+def _is_plain(meaning: Assembly) -> bool:
+    """Return whether nothing is diagonal to a thing, and no landmark told by its neighbour has another beside it."""
+    is_nested = any(thing.where for where in meaning.where for thing in where.things)
+    is_diagonal = any(where.relation == "diagonal_to" for where in meaning.where)
+    return not is_diagonal and not (is_nested and len(meaning.where) > 1)
 
 
 def _draw_turns(cell: RoomPosition, random: Random) -> tuple[str, ...]:
