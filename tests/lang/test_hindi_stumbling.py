@@ -13,7 +13,8 @@ HINDI = load("hi")
 MUG = Thing("mug", "red", "striped", identity="9")
 KIOSK, CONE = Thing("kiosk", "blue", identity="1"), Thing("cone", "red", identity="2")
 BENCH, TYRES = Thing("bench", identity="3"), Thing("tyre_stack", identity="4")
-CAR = Thing("car", "blue", identity="7")
+CAR, ARCHED = Thing("car", "blue", identity="7"), Thing("building", look="arched", identity="8")
+CROSSROADS = Thing("intersection", identity="10", arms=4)
 END, CORNER = Thing("street_end", identity="5"), Thing("corner", identity="6")
 
 
@@ -41,6 +42,13 @@ def found(texts: list[str], pattern: str) -> list[str]:
             (Walk("towards", (KIOSK,)), Rotate("right")),
             "की (ओर|तरफ़) [^।,]*[।,] (दाएँ|दाईं|राइट)|कर (दाएँ|राइट)",
         ),
+        ((Rotate("left", "at", CROSSROADS), Walk("past", (CONE,))), "(चौराहे|क्रॉसिंग) के पास"),
+        ((Walk("past", (CONE,)), Walk("past", (ARCHED,))), " और मेहराब[^।,]* से "),
+        ((Rotate("slightly left"), Walk("past", (CONE,))), "हल्का बायाँ|गुज़र जा"),
+        ((Walk("past", (BENCH,), "left"),), "(रखते|छोड़ते) हुए"),
+        ((Walk("until", (CONE,)), Rotate("left")), "(चलते|बढ़ते) (रह|जा)[^ ।,]* और "),
+        ((Rotate("around"), Face(CONE), Walk("past", (CONE,)), Rotate("left")), "उस(के|की|से) [^।]*उसके बाद|ी, उसके बाद"),
+        ((Walk("past", (CONE,)),), "लीजिएगा|उठा लेना|रेत घड़ी"),
         ((Walk("past", (CONE,)),), "(^|।|,|और|कर) (धारीदार )?लाल (मग|कप)( को)? (उठा|ले)"),
     ],
 )
@@ -107,3 +115,29 @@ def test_two_things_beside_a_landmark_are_joined() -> None:
     texts = written(meaning)
     assert found(texts, " व ") == []
     assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
+
+
+def test_one_walks_to_what_one_picks_up() -> None:
+    meaning = Navigation((Rotate("left"), Walk("towards", (MUG,))), MUG)
+    texts = written(meaning)
+    assert len(found(texts, "की (ओर|तरफ़) (सीधे |आगे )?(जाएँ और|जाइए और|जाओ और|जाकर|चलकर) उसे ")) == len(texts)
+    assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
+
+
+@pytest.mark.parametrize("relation", ["on_top_of", "left_of", "in_front_of", "behind"])
+def test_the_object_in_hand_beside_another_of_its_kind_is_told_apart(relation: str) -> None:
+    ball = Thing("ball", "green", "dotted", identity="1")
+    meaning = Assembly((), Thing("ball"), (Where(relation, (ball,)),))
+    texts = written(meaning)
+    assert len(found(texts, "(^इस|हाथ में जो|(आप|तुम)ने जो) (गेंद|बॉल) ")) == len(texts)
+    assert {HINDI.read(text, "assembly") for text in texts} == {meaning}
+
+
+def test_placing_is_told_in_one_form() -> None:
+    book = Thing("book", "green", "dotted", identity="1")
+    for turns in ((), ("left",)):
+        meaning = Assembly(turns, MUG, (Where("behind", (book,)),))
+        texts = written(meaning)
+        assert found(texts, "दीजिएगा|रख देना|^फिर |बस ") == []
+        assert not turns or found(texts, "रखना है") == []
+        assert {HINDI.read(text, "assembly") for text in texts} == {meaning}
