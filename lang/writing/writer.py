@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from random import Random
 
@@ -182,9 +183,9 @@ class _Draft(Phraser):
         sentences: list[str] = []
         for i, group in enumerate(groups):
             target = meaning.target if joined and i == len(groups) - 1 else None
-            sentences.append(self._drawn(sentences, lambda: self._steps(group, target, i, len(groups))))
+            sentences.append(self._drawn(sentences, partial(self._steps, group, target, i, len(groups))))
         if not joined:
-            sentences.append(self._drawn(sentences, lambda: self._last(meaning.target, len(groups))))
+            sentences.append(self._drawn(sentences, partial(self._last, meaning.target, len(groups))))
         return self._finish_text(sentences)
 
     def _steps(self, group: list[Clause], target: Thing | None, number: int, count: int) -> str:
