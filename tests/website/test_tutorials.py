@@ -74,6 +74,7 @@ def test_a_reader_who_cannot_go_on_is_noticed(tmp_path: Path, text: str, said: s
 def test_play_an_agent(tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
     printed = followed("play-an-agent", tmp_path)
+    assert "split sample (open): 24 in en, 24 in hi; 2 sections; data " in printed
     for title in ("random_walk on sample, en, 4 episodes", "vl on sample: gap between languages"):
         assert title in printed
     assert len(list((tmp_path / "arramon-results").glob("*.receipt.json"))) == 3
