@@ -24,7 +24,7 @@ ATTEMPTS = 48
 REDRAWS = 3
 """Maximum number of times that a sentence is written anew because it fails a check, in such a language."""
 
-FURTHER_ATTEMPTS = 96
+FURTHER_ATTEMPTS = 192
 """Maximum number of further drafts until one passes, in a language without preferences, whose checks are stricter."""
 
 DRAFT_COUNTS = {"navigation": (2, 2, 3, 4), "assembly": (1, 1, 1, 2)}
@@ -286,6 +286,13 @@ class _Draft(Phraser):
             pair = self._pairs(found[-1], clause) if found else None
             before = found[-2].slots.get("thing") if len(found) > 1 else None
             is_back = pair is not None and isinstance(before, Thing) and before.is_same(_thing(pair, "other"))
+            # What one was just told to face is "it".
+            is_back |= (
+                pair is not None
+                and self.redraws > 0
+                and isinstance(before, Thing)
+                and before.is_same(_thing(pair, "thing"))
+            )
             if pair is not None and not is_back:
                 found[-1] = pair
             else:
