@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "6f448d039092b3b40d3fe1a6549f6d364ed7823b5fdc7f77b3303758eff70880",
-    "digest": "ada5aa6a16ac94f89dccfb803eaae203ee5c0d226e21a52d5c632e95f1547620",
+    "data": "a0ea2648de562112a432316a8b7b4a4968ddf3df8d5d142c27e2f6f421ac5b66",
+    "digest": "0e03718de58fe8c60adc39fad83d478ba5b0cfdb5df501c35be8cebc351c80d4",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
