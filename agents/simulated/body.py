@@ -16,6 +16,7 @@ from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import FREE_POINT_DISTANCES, MAX_DISTANCE, SIGHTING_SQUARE, Scan, Sighting
 from arramon_agents.simulated.world import FOCAL, StreetWorld, Things
+from arramon_agents.simulated.world_frame import WorldFrame
 from arramon_agents.vl_map.features import relative_to
 from arramon_client.agent import Action
 from arramon_client.world import COLLECTIBLE_COLOURS, COLLECTIBLES, FURNITURE
@@ -81,6 +82,9 @@ class SimulatedBody(AgentBody):
         pose: initial pose in the world (x, z, heading in radians).
         faults: error rates of perception.
         random: random generator of the errors.
+
+    Attributes:
+        frame: its initial pose in the world.
     """
 
     def __init__(
@@ -93,7 +97,7 @@ class SimulatedBody(AgentBody):
     ) -> None:
         super().__init__(LABELS, ProbabilisticLandmarkMemory(LABELS))
         self._world, self._things, self._faults, self._random = world, things, faults, random
-        self._origin = pose
+        self.frame = WorldFrame(*pose)
         self._confused = random.random((len(things.codes), 3))
         self._wrong = [self._drawn_names(number) for number in range(len(things.codes))]
         looks = [look for look in _BUILDINGS if look]
@@ -105,7 +109,7 @@ class SimulatedBody(AgentBody):
     @property
     def world_pose(self) -> tuple[float, float, float]:
         """The pose (x, z, heading in radians) in the world."""
-        return *self.to_world(self.x, self.z), self._origin[2] + self.angle
+        return self.frame.pose_of(self)
 
     def begin_turn(self, things: Things) -> None:
         """Begin a turn of the episode, with other collectibles.
@@ -121,25 +125,13 @@ class SimulatedBody(AgentBody):
         self.record_action(None)
         self.landmarks.forget_collectibles()
 
-    def to_world(self, x: float, z: float) -> tuple[float, float]:
-        """Transform a place from the agent's own frame to the world."""
-        x0, z0, heading = self._origin
-        sin, cos = math.sin(heading), math.cos(heading)
-        return x0 + x * cos + z * sin, z0 - x * sin + z * cos
-
-    def to_own(self, x: float, z: float) -> tuple[float, float]:
-        """Transform a place from the world to the agent's own frame."""
-        x0, z0, heading = self._origin
-        sin, cos = math.sin(heading), math.cos(heading)
-        return (x - x0) * cos - (z - z0) * sin, (x - x0) * sin + (z - z0) * cos
-
     def apply(self, action: Action) -> None:
         """Carry out an action; a step has no effect if it is blocked."""
         self.record_action(action)
         blocked = False
         if action is Action.FORWARD:
             sin, cos = STEPS[self.heading]
-            here, there = self.to_world(self.x, self.z), self.to_world(self.x + sin, self.z + cos)
+            here, there = self.frame.to_world(self.x, self.z), self.frame.to_world(self.x + sin, self.z + cos)
             blocked = not self._world.is_free(*here, *there)
         self._move(blocked)
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -151,10 +152,22 @@ def training_episodes(data: Path, languages: Sequence[str], episodes: int) -> li
     return found
 
 
-def training_courses(
-    data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader
-) -> tuple[list[Course], str]:
-    """Return the courses for training, and the hash of `train`; arguments as for `training_episodes`, and the reader.
+class TrainingCourses(NamedTuple):
+    """Courses of the training splits.
+
+    Attributes:
+        pairs: courses of the two turns of each episode.
+        names: split and id of each episode.
+        data_hash: hash of the split `train`.
+    """
+
+    pairs: Sequence[tuple[Course, Course]]
+    names: Sequence[tuple[str, str]]
+    data_hash: str
+
+
+def training_courses(data: Path, languages: Sequence[str], episodes: int, reader: LearnedReader) -> TrainingCourses:
+    """Return the courses for training; arguments as for `training_episodes`, and the reader.
 
     Raises:
         UsageError: if a split is missing or invalid.
@@ -162,4 +175,6 @@ def training_courses(
     """
     found = training_episodes(data, languages, episodes)
     courses = [course for split, chosen in found for course in courses_of(split, chosen, languages, reader)]
-    return courses, found[0][0].data_hash
+    pairs = list(zip(courses[::2], courses[1::2], strict=True))
+    names = [(split.name, episode.episode_id) for split, chosen in found for episode in chosen]
+    return TrainingCourses(pairs, names, found[0][0].data_hash)

@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.simulated.alignment import current_row, places_of
 from arramon_agents.simulated.body import PerceptionErrorRates, SimulatedBody
 from arramon_agents.simulated.courses import Course
+from arramon_agents.simulated.world_frame import WorldFrame
 from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput
 from arramon_agents.vl_map.navigator import MapNavigator, OptionValues
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS
@@ -57,10 +59,11 @@ class CourseGuide:
         course: the course.
         rows: rows of the instruction.
         body: body of the agent.
+        frame: the agent's initial pose in the world.
     """
 
-    def __init__(self, course: Course, rows: Sequence[Row], body: SimulatedBody) -> None:
-        self._course, self._rows, self._body = course, rows, body
+    def __init__(self, course: Course, rows: Sequence[Row], body: AgentBody, frame: WorldFrame) -> None:
+        self._course, self._rows, self._body, self._frame = course, rows, body, frame
         self._places = places_of(course, rows)
         self._at = 0
         self._trail: list[tuple[float, float]] = []
@@ -74,7 +77,7 @@ class CourseGuide:
             beliefs: landmarks in the input of the policy.
         """
         onward = self._onward(beliefs)
-        x, z, _ = self._body.world_pose
+        x, z, _ = self._frame.pose_of(self._body)
         if onward is not None:
             self._trail = [(x, z)]
             return onward
@@ -84,8 +87,8 @@ class CourseGuide:
         return self._to(near[0], -1) if near else None
 
     def _onward(self, beliefs: Sequence[LandmarkBelief]) -> DecisionLabel | None:
-        course, body = self._course, self._body
-        x, z, _ = body.world_pose
+        course = self._course
+        x, z, _ = self._frame.pose_of(self._body)
         path, arcs = course.path, course.arcs
         window = slice(self._at, min(self._at + WINDOW, len(path)))
         away = np.hypot(path[window, 0] - x, path[window, 1] - z) + BACK_PENALTY * np.arange(window.stop - window.start)
@@ -111,17 +114,17 @@ class CourseGuide:
         return self._to(tuple(self._course.path[self._at].tolist()), -1)
 
     def _target(self, beliefs: Sequence[LandmarkBelief]) -> int | None:
-        body, course = self._body, self._course
+        course = self._course
         near = []
         for number, belief in enumerate(beliefs):
-            x, z = body.to_world(belief.mark.x, belief.mark.z)
+            x, z = self._frame.to_world(belief.mark.x, belief.mark.z)
             far = math.hypot(x - course.target[0], z - course.target[1])
             if far < SAME_LANDMARK_DISTANCE and belief.mark.label.kind == course.items[0].type.kind:
                 near.append((far, number))
         return min(near)[1] if near else None
 
     def _to(self, place: tuple[float, ...], thing: int) -> DecisionLabel:
-        right, ahead = self._body.to_local(*self._body.to_own(place[0], place[1]))
+        right, ahead = self._body.to_local(*self._frame.to_own(place[0], place[1]))
         return DecisionLabel(right, ahead, thing, current_row(self._rows, self._places, self._at))
 
 
@@ -130,6 +133,38 @@ class LabelledDecision(NamedTuple):
 
     sample: PolicyInput
     label: DecisionLabel
+
+
+class RecordedPolicy:
+    """Policy of a walk that records its decisions with their labels.
+
+    Args:
+        guide: labels the decisions.
+        random: random generator of detours.
+        option_values: the policy; None to follow the labels.
+        astray: share of decisions that deviate: from the label, or from the policy to the label.
+
+    Attributes:
+        decisions: the decisions so far that have a label.
+    """
+
+    def __init__(
+        self, guide: CourseGuide, random: np.random.Generator, option_values: OptionValues | None, astray: float
+    ) -> None:
+        self._guide, self._random, self._option_values, self._astray = guide, random, option_values, astray
+        self.decisions: list[LabelledDecision] = []
+
+    def __call__(self, sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> Choices:
+        """Return a score for each option, and record the decision."""
+        label = self._guide.label(beliefs)
+        if label is not None:
+            self.decisions.append(LabelledDecision(sample, label))
+        if self._option_values is not None and self._random.random() >= self._astray:
+            return self._option_values(sample, beliefs)
+        followed = label or self._guide.back()
+        if self._option_values is None and self._random.random() < self._astray:
+            return _near(followed, self._random)
+        return _exactly(followed)
 
 
 @dataclass(frozen=True)
@@ -166,29 +201,17 @@ def walk(
         faults: error rates of perception.
         random: random generator of errors and detours.
         option_values: the policy; None to follow the labels.
-        astray: share of decisions that deviate: from the label, or from the policy to the label.
+        astray: as for `RecordedPolicy`.
         body: body of the previous turn, to continue from its pose; None to begin at the course's start.
     """
     if body is None:
         body = SimulatedBody(course.world, course.things, course.start, faults, random)
     else:
         body.begin_turn(course.things)
-    guide = CourseGuide(course, rows, body)
-    decisions: list[LabelledDecision] = []
-
-    def decide(sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> Choices:
-        label = guide.label(beliefs)
-        if label is not None:
-            decisions.append(LabelledDecision(sample, label))
-        if option_values is not None and random.random() >= astray:
-            return option_values(sample, beliefs)
-        followed = label or guide.back()
-        if option_values is None and random.random() < astray:
-            return _near(followed, random)
-        return _exactly(followed)
-
-    navigator = MapNavigator(body, rows, decide, course.turn)
-    path = [body.to_world(body.x, body.z)]
+    guide = CourseGuide(course, rows, body, body.frame)
+    policy = RecordedPolicy(guide, random, option_values, astray)
+    navigator = MapNavigator(body, rows, policy, course.turn)
+    path = [body.frame.to_world(body.x, body.z)]
     picked = None
     for left in range(STEPS_PER_PHASE, 0, -1):
         body.observe()
@@ -200,17 +223,17 @@ def walk(
             body.record_action(None)
             continue
         body.apply(action)
-        here = body.to_world(body.x, body.z)
+        here = body.frame.to_world(body.x, body.z)
         if math.dist(here, path[-1]) > 1e-6:
             path.append(here)
-    return WalkResult(np.array(path), picked, decisions, body)
+    return WalkResult(np.array(path), picked, policy.decisions, body)
 
 
 def _reached(course: Course, body: SimulatedBody) -> int | None:
     """Return the index of the nearest collectible in the pick-up box; None if there is none."""
     found = []
     for number, item in enumerate(course.items):
-        right, ahead = body.to_local(*body.to_own(item.position.x, item.position.z))
+        right, ahead = body.to_local(*body.frame.to_own(item.position.x, item.position.z))
         if abs(right) <= REACH_SIDE + REACH_MARGIN and -REACH_MARGIN <= ahead <= REACH_AHEAD + REACH_MARGIN:
             found.append((math.hypot(right, ahead), number))
     return min(found)[1] if found else None

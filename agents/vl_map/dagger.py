@@ -21,6 +21,7 @@ from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes
 from arramon_agents.vl_map.recipe import MapRecipe
+from arramon_agents.vl_map.rendered_walks import RenderedStreets, walk_rendered_episodes
 from arramon_agents.vl_map.task import Arrays, DecisionTask, arrays_of, load_arrays, save_arrays
 from arramon_agents.weights import SUFFIX
 
@@ -117,8 +118,8 @@ class SimulatedWalks:
     def __init__(self, recipe: MapRecipe, workspace: Workspace, report: Report) -> None:
         self._recipe, self._workspace, self._report = recipe, workspace, report
         self.cpu_seconds = 0.0
-        courses, self.data_hash = training_courses(workspace.data, recipe.languages, recipe.episodes, load_reader())
-        self._pairs = list(zip(courses[::2], courses[1::2], strict=True))  # The two turns of each episode.
+        self._courses = training_courses(workspace.data, recipe.languages, recipe.episodes, load_reader())
+        courses, self.data_hash = [each for pair in self._courses.pairs for each in pair], self._courses.data_hash
         sections = len({course.world.section.id for course in courses})
         self.description = f"{len(courses)} turns in {sections} sections"
         self.training_inputs = TrainingInputs(update_settings(recipe), f"{self.data_hash}, {len(courses)} turns")
@@ -150,11 +151,13 @@ class SimulatedWalks:
         return arrays
 
     def _walk_along_paths(self) -> list[LabelledDecision]:
-        count, seed = len(self._pairs), self._recipe.seed
+        count, seed = len(self._courses.pairs), self._recipe.seed
         total = self._recipe.walks * count
         planned = [PlannedWalk(number % count, number // count, (seed, 0, number)) for number in range(total)]
         decided: list[LabelledDecision] = []
-        for number, walked in enumerate(walk_episodes(self._pairs, planned, None, self._workspace.processes), start=1):
+        for number, walked in enumerate(
+            walk_episodes(self._courses.pairs, planned, None, self._workspace.processes), start=1
+        ):
             decided += walked.decisions
             if number % 100 == 0:
                 self._report(f"{NAME}: walks of {number} episodes, {len(decided)} decisions")
@@ -164,15 +167,23 @@ class SimulatedWalks:
         seed = self._recipe.seed
         chance = random.Random(f"{seed}/{number}")  # noqa: S311 - nothing here is a secret
         planned: list[PlannedWalk] = []
-        for place in range(max(1, round(self._recipe.round_walks * len(self._pairs)))):
-            pair = chance.randrange(len(self._pairs))
-            reading = chance.randrange(len(self._pairs[pair][0].readings))
+        for place in range(max(1, round(self._recipe.round_walks * len(self._courses.pairs)))):
+            pair = chance.randrange(len(self._courses.pairs))
+            reading = chance.randrange(len(self._courses.pairs[pair][0].readings))
             planned.append(PlannedWalk(pair, reading, (seed, number, place)))
         decided: list[LabelledDecision] = []
         picked = 0
         policy = deepcopy(network).cpu().eval()
-        for walked in walk_episodes(self._pairs, planned, policy, self._workspace.processes):
+        processes = self._workspace.processes
+        if number > self._recipe.rounds - self._recipe.rendered:
+            streets = RenderedStreets(self._workspace.data, self._recipe.languages[0])
+            walks = walk_rendered_episodes(streets, self._courses, planned, policy, processes)
+        else:
+            walks = walk_episodes(self._courses.pairs, planned, policy, processes)
+        for count, walked in enumerate(walks, start=1):
             decided += walked.decisions
             picked += walked.picked
+            if count % 100 == 0:
+                self._report(f"{NAME}: round {number}: {count} episodes, {len(decided)} decisions")
         self._report(f"{NAME}: round {number}: {picked / len(planned) / 2:.2f} of its walks end at the target")
         return decided

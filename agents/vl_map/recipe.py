@@ -12,6 +12,8 @@ class MapRecipe:
         episodes: number of episodes of each split, the first in playing order; 0 for all.
         walks: number of simulated walks along the paths of each episode.
         rounds: number of DAgger rounds, spread evenly over the updates after `first`.
+        rendered: number of DAgger rounds, the last ones, that walk in rendered streets and see them with the visual
+            encoder; the others walk without images, with simulated errors of perception.
         round_walks: share of all episodes that a round plays, drawn anew for each round.
         first: share of the updates before the first DAgger round.
         passes: number of epochs, counted in decisions of the walks along paths.
@@ -29,6 +31,7 @@ class MapRecipe:
     episodes: int = 0
     walks: int = 1
     rounds: int = 2
+    rendered: int = 0
     round_walks: float = 0.25
     first: float = 0.35
     passes: int = 14
@@ -46,4 +49,4 @@ RECIPES = {"vl_map": MapRecipe()}
 
 def smoke(recipe: MapRecipe) -> MapRecipe:
     """Return a recipe for smoke tests, which takes seconds and learns next to nothing."""
-    return replace(recipe, episodes=2, walks=1, rounds=1, passes=2, again=1, batch=8, validate_episodes=1)
+    return replace(recipe, episodes=2, walks=1, rounds=1, rendered=0, passes=2, again=1, batch=8, validate_episodes=1)

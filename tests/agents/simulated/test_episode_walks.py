@@ -16,8 +16,7 @@ from tests import tiny  # noqa: E402
 def pairs(tmp_path_factory: pytest.TempPathFactory) -> list[CoursePair]:
     data = tmp_path_factory.mktemp("walks")
     tiny.write(data, "train", 3)
-    courses, _ = training_courses(data, ("en", "hi"), 0, load())
-    return list(zip(courses[::2], courses[1::2], strict=True))
+    return list(training_courses(data, ("en", "hi"), 0, load()).pairs)
 
 
 @pytest.mark.parametrize("by_policy", [False, True])

@@ -66,9 +66,9 @@ def test_places_are_in_the_agents_own_frame() -> None:
     seen.apply(Action.LEFT)
     seen.observe()
     (cone,) = seen.landmarks.matching(Thing("cone"))
-    own = seen.to_own(1.0, 4.0)
+    own = seen.frame.to_own(1.0, 4.0)
     assert (cone.x, cone.z) == pytest.approx(own, abs=0.2)
-    assert seen.to_world(*own) == pytest.approx((1.0, 4.0))
+    assert seen.frame.to_world(*own) == pytest.approx((1.0, 4.0))
 
 
 def test_a_step_into_something_solid_is_blocked() -> None:
@@ -100,9 +100,10 @@ def test_faults_are_as_frequent_as_told() -> None:
 def courses(tmp_path_factory: pytest.TempPathFactory) -> list[Course]:
     data = tmp_path_factory.mktemp("walks")
     tiny.write(data, "train", 3)
-    found, data_hash = training_courses(data, ("en", "hi"), 0, load())
-    assert len(data_hash) == 64
-    return found
+    found = training_courses(data, ("en", "hi"), 0, load())
+    assert len(found.data_hash) == 64
+    assert [split for split, _ in found.names] == ["train", "train"]
+    return [course for pair in found.pairs for course in pair]
 
 
 def test_turns_are_read(courses: list[Course]) -> None:
@@ -148,6 +149,6 @@ def test_a_text_that_the_grammar_cannot_parse_has_the_readers_output_alone(tmp_p
     texts = Instructions("Mosey on over yonder, partner.", "Howdy, partner.")
     free = replace(tiny.episode("1", ("en",)), instructions={"en": (texts, texts)})
     write_split(tmp_path, "train", hidden=False, source="tests", episodes=[free], sections=[tiny.SECTION])
-    courses, _ = training_courses(tmp_path, ("en",), 0, load())
-    assert [len(course.readings) for course in courses] == [1, 1]
+    (pair,) = training_courses(tmp_path, ("en",), 0, load()).pairs
+    assert [len(course.readings) for course in pair] == [1, 1]
     assert [len(example.readings) for example in room_examples_of([free], ("en",), load())] == [1, 1]
