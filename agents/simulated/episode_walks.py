@@ -110,7 +110,7 @@ class _Walker:
     network: PolicyNetwork | None
 
     def walk(self, planned: PlannedWalk) -> EpisodeWalk:
-        policy = None if self.network is None else MapPolicy(self.network)
+        policy = None if self.network is None else MapPolicy([self.network])
         return walk_turns(self.pairs[planned.pair], planned.reading, planned.seed, policy)
 
 

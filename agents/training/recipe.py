@@ -13,5 +13,5 @@ def as_json(recipe: Any) -> dict[str, Any]:
 
 
 def update_settings(recipe: Any) -> dict[str, Any]:
-    """Return the settings of a recipe that affect updates: all but those of validation."""
-    return {name: value for name, value in as_json(recipe).items() if not name.startswith("validate")}
+    """Return the settings of a recipe that affect updates: all but those of validation, and of joining policies."""
+    return {name: value for name, value in as_json(recipe).items() if not name.startswith(("validate", "join"))}

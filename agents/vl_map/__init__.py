@@ -52,7 +52,7 @@ def make_agent(
         reads = load_reader(Path(reader) if reader else None)
     except ValueError as error:
         raise AgentLoadError(f"agents.vl_map: {error}") from error
-    parts = MapPolicy(networks.policy, mirrored=mirror), CellFinder(networks.placer)
+    parts = MapPolicy(networks.policies, mirrored=mirror), CellFinder(networks.placer)
     if sensor == "rgb":
         return SeeingAgent(*parts, reader=reads, looks=looks, sums=sums)
     return SegmentationAgent(*parts, reads, looks=looks)

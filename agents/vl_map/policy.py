@@ -18,48 +18,62 @@ from arramon_agents.weights import read_weights_file, write_weights_file
 
 FORMAT = "vl_map 2"
 
+PLACER = "placer."
+"""Prefix of the placement network's tensor names."""
+
+MAX_POLICIES = 16
+"""Maximum number of policies in a file."""
+
 _MIRRORED = -np.arange(DIRECTIONS) % DIRECTIONS
 
 
 class MapPolicy:
-    """Policy that averages a network over an input and its mirror image.
+    """Policy that averages networks over an input and its mirror image.
 
     Args:
-        network: trained network, in evaluation mode.
+        networks: trained networks, in evaluation mode; at least one.
         mirrored: whether to use the mirror image too.
     """
 
-    def __init__(self, network: PolicyNetwork, *, mirrored: bool = True) -> None:
-        self._network, self._mirrored = network, mirrored
+    def __init__(self, networks: Sequence[PolicyNetwork], *, mirrored: bool = True) -> None:
+        self._networks, self._mirrored = networks, mirrored
 
     @torch.inference_mode()
     def option_values(self, sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
-        """Return the log probabilities of all options, (OPTIONS,), averaged over the input and its mirror image."""
-        if not self._mirrored:
-            alone: npt.NDArray[np.float32] = self._network(batch_of([sample])).log_softmax(1)[0].numpy()
-            return alone
-        own, other = self._network(batch_of([sample, mirror(sample)])).log_softmax(1)
-        waypoints = other[:WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
-        values: npt.NDArray[np.float32] = ((own + torch.cat([waypoints, other[WAYPOINTS:]])) / 2.0).numpy()
+        """Return the log probabilities of all options, (OPTIONS,), averaged over networks and mirror images."""
+        batch = batch_of([sample, mirror(sample)] if self._mirrored else [sample])
+        found = torch.stack([network(batch).log_softmax(1) for network in self._networks]).mean(0)
+        own = found[0]
+        if self._mirrored:
+            waypoints = found[1, :WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
+            own = (own + torch.cat([waypoints, found[1, WAYPOINTS:]])) / 2.0
+        values: npt.NDArray[np.float32] = own.numpy()
         return values
 
 
 class Networks(NamedTuple):
-    """The agent's own trained networks; field names are prefixes of tensor names.
+    """The agent's own trained networks.
 
     Attributes:
-        policy: chooses options while navigating.
+        policies: choose options while navigating, by their average; at least one, all of the same sizes.
         placer: predicts the target cell of the room.
     """
 
-    policy: PolicyNetwork
+    policies: Sequence[PolicyNetwork]
     placer: PlacementNetwork
 
 
 def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> None:
     """Write the networks to a file, atomically; `about` is metadata, as JSON values."""
-    header = {"format": FORMAT, "sizes": asdict(networks.policy.sizes), "about": dict(about)}
-    write_weights_file(path, {f"{name}.": network for name, network in networks._asdict().items()}, header)
+    policies = networks.policies
+    header = {
+        "format": FORMAT,
+        "sizes": asdict(policies[0].sizes),
+        "policies": len(policies),
+        "about": dict(about),
+    }
+    prefixed = {_prefix(number): policy for number, policy in enumerate(policies)}
+    write_weights_file(path, {**prefixed, PLACER: networks.placer}, header)
 
 
 def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
@@ -70,8 +84,18 @@ def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
     """
     file = read_weights_file(path, "agents.vl_map", FORMAT)
     sizes = file.sizes("sizes", PolicySizes)
-    networks = Networks(file.build(lambda: PolicyNetwork(sizes)), PlacementNetwork())
-    for name, network in networks._asdict().items():
-        file.fill(network, f"{name}.")
+    count = file.value("policies", int) if "policies" in file.header else 1
+    if not 1 <= count <= MAX_POLICIES:
+        raise file.wrong(f"its header has {count} policies, expected 1 to {MAX_POLICIES}")
+    policies = [file.build(lambda: PolicyNetwork(sizes)) for _ in range(count)]
+    placer = PlacementNetwork()
+    prefixed = {_prefix(number): policy for number, policy in enumerate(policies)}
+    for prefix, network in {**prefixed, PLACER: placer}.items():
+        file.fill(network, prefix)
         network.requires_grad_(requires_grad=False)
-    return networks, file.value("about", dict)
+    return Networks(policies, placer), file.value("about", dict)
+
+
+def _prefix(number: int) -> str:
+    """Return the prefix of a policy's tensor names: files of a single policy have no numbers."""
+    return f"policy{number + 1}." if number else "policy."

@@ -23,6 +23,8 @@ class MapRecipe:
         learning_rate: peak learning rate.
         precision: "float32", or "bfloat16", which takes two thirds of the time on CPUs that support it.
         seed: seed of all random choices.
+        join: files of weights of this agent, separated by commas, whose policies the new file has too; empty for none.
+            The agent averages all policies of its file.
         validate: split for validation at the end.
         validate_episodes: number of episodes to validate on, the first in playing order; 0 for none.
     """
@@ -40,6 +42,7 @@ class MapRecipe:
     learning_rate: float = 2e-3
     precision: str = "bfloat16"
     seed: int = 1
+    join: str = ""
     validate: str = "val_seen"
     validate_episodes: int = 16
 

@@ -54,7 +54,7 @@ class RenderedWalker:
     """
 
     def __init__(self, streets: RenderedStreets, courses: TrainingCourses, network: PolicyNetwork) -> None:
-        self._streets, self._courses, self._policy = streets, courses, MapPolicy(network)
+        self._streets, self._courses, self._policy = streets, courses, MapPolicy([network])
         self._backend = open_backend(Options(data=streets.data))
         self._perceive = EyesPerception(load_eyes())
         self._players: dict[str, Player] = {}

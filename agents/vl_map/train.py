@@ -21,10 +21,10 @@ from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_map.agent import SeeingAgent
 from arramon_agents.vl_map.dagger import NAME, train_policy
 from arramon_agents.vl_map.placement_network import CellFinder, PlacementNetwork
-from arramon_agents.vl_map.policy import MapPolicy, Networks, write_policy
+from arramon_agents.vl_map.policy import MapPolicy, Networks, read_policy, write_policy
 from arramon_agents.vl_map.recipe import MapRecipe
 from arramon_agents.vl_map.task import PlacementTask
-from arramon_agents.weights import SUFFIX
+from arramon_agents.weights import SUFFIX, find_weights
 
 IMAGE_SIZE = 224
 """Side length of the images in validation, in pixels."""
@@ -53,12 +53,14 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
     Raises:
         UsageError: if the data folder lacks a split for training or validation.
         ValueError: if a split lacks a language.
-        ValueError: if the output folder has walks or a checkpoint of another recipe or other data.
+        ValueError: if the output folder has walks or a checkpoint of another recipe or other data, or a file to join
+            cannot be read.
     """
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
     found = training_episodes(workspace.data, recipe.languages, recipe.episodes)
     check_validation(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes)
+    joined = [read_policy(find_weights(name)) for name in recipe.join.split(",") if name]
     trained = train_policy(recipe, workspace, report)
     tasks = [task for _, episodes in found for task in room_examples_of(episodes, recipe.languages, load_reader())]
     placer, seconds = train_rooms(tasks, recipe.seed)
@@ -72,14 +74,17 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
         "room_parameters": sum(parameter.numel() for parameter in placer.parameters()),
         "rooms": len(tasks),
     }
+    if joined:
+        about["joined"] = [each for _, its in joined for each in (its, *its.get("joined", ()))]
+    policies = [trained.network, *(policy for networks, _ in joined for policy in networks.policies)]
     if recipe.validate_episodes:
         plan = RolloutPlan(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes, IMAGE_SIZE)
-        scores = play(SeeingAgent(MapPolicy(trained.network), CellFinder(placer)), plan)
+        scores = play(SeeingAgent(MapPolicy(policies), CellFinder(placer)), plan)
         split = {"split": recipe.validate, "episodes": recipe.validate_episodes}
         about["validation"] = split | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}
         report(f"{NAME}: validation: {json.dumps(about['validation'])}")
     weights = workspace.output / f"{NAME}{SUFFIX}"
-    write_policy(weights, Networks(trained.network, placer), about)
+    write_policy(weights, Networks(policies, placer), about)
     weights.with_suffix(".md").write_text(card(about), encoding="utf-8")
     return weights
 
@@ -109,8 +114,9 @@ def card(about: Mapping[str, Any]) -> str:
     recipe = about["recipe"]
     rows = {
         "agent": "`agents.vl_map`. It chooses waypoints on the landmarks and the free ground that it remembers.",
-        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters, and `placement_network.py`, "
-        f"{about['room_parameters']:,}; with them come the visual encoder `eyes` and the learned reader",
+        "model": f"`agents/vl_map/network.py`, {about['parameters']:,} parameters{_averaged(about)}, and "
+        f"`placement_network.py`, {about['room_parameters']:,}; with them come the visual encoder `eyes` and the "
+        "learned reader",
         "training data": f"{about['data']}, {about['rooms']} rooms; SHA-256 of `train` {about['data_hash'][:12]}",
         "command": f"`{training_command(NAME, recipe, as_json(MapRecipe()))}`",
         "seed": recipe["seed"],
@@ -118,7 +124,17 @@ def card(about: Mapping[str, Any]) -> str:
         "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",
         "validation": _validated(about.get("validation")),
     }
+    for number, joined in enumerate(about.get("joined", ()), start=2):
+        command = training_command(NAME, joined["recipe"], as_json(MapRecipe()))
+        rows[f"policy {number}"] = (
+            f"`{command}`, {joined['updates']} updates; {joined['data']}; SHA-256 of `train` {joined['data_hash'][:12]}"
+        )
     return model_card(NAME, rows, LIMITS)
+
+
+def _averaged(about: Mapping[str, Any]) -> str:
+    count = 1 + len(about.get("joined", ()))
+    return f" for each of {count} policies that are averaged" if count > 1 else ""
 
 
 def _validated(found: Mapping[str, Any] | None) -> str:

@@ -96,7 +96,7 @@ def test_smoke_of_the_grounded_agent(data: Path, tmp_path: Path, capsys: pytest.
     assert train.main([*command, "--share", "0.5"]) == 1
 
 
-def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
+def test_smoke_of_the_map_agent(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its training goes on from its saved state with the same outcome, and refuses options of other agents."""
     folders = ["--data", str(data), "--output", str(tmp_path / "out")]
     command = ["--agent", "vl_map", "--smoke", *folders]
@@ -119,9 +119,15 @@ def test_smoke_of_the_map_agent(data: Path, tmp_path: Path) -> None:
         again, _ = read_policy(weights)
         assert all(
             torch.equal(one, two)
-            for ours, others in zip(first, again, strict=True)
+            for ours, others in zip((*first.policies, first.placer), (*again.policies, again.placer), strict=True)
             for one, two in zip(ours.parameters(), others.parameters(), strict=True)
         )
+    other = weights.rename(tmp_path / "other.safetensors")
+    assert train.main([*command, "--validate-episodes", "0", "--join", str(other)]) == 0
+    assert len(read_policy(weights)[0].policies) == 2
+    assert "| policy 2 | `arramon-train --agent vl_map" in weights.with_suffix(".md").read_text()
+    assert train.main([*command, "--join", "nowhere"]) == 1
+    assert "there are no weights 'nowhere'" in capsys.readouterr().err
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
@@ -10,7 +11,7 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of  # noqa: E402
 from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
 from arramon_agents.vl_map.placement_network import PlacementNetwork  # noqa: E402
-from arramon_agents.vl_map.policy import Networks, read_policy, write_policy  # noqa: E402
+from arramon_agents.vl_map.policy import MapPolicy, Networks, read_policy, write_policy  # noqa: E402
 from arramon_agents.weights import CARD, BadWeights, find_weights, write_tensors  # noqa: E402
 from arramon_client import load_agent  # noqa: E402
 from arramon_client.agent import Answer, Episode, Observation, actions_of  # noqa: E402
@@ -29,7 +30,7 @@ def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     torch.set_num_threads(1)
     torch.manual_seed(1)
     path = tmp_path_factory.mktemp("weights") / "policy.safetensors"
-    write_policy(path, Networks(PolicyNetwork(PolicySizes()), PlacementNetwork()), {"known": "nothing"})
+    write_policy(path, Networks([PolicyNetwork(PolicySizes())], PlacementNetwork()), {"known": "nothing"})
     return path
 
 
@@ -38,9 +39,21 @@ def test_weights_are_what_was_written(weights: Path) -> None:
     torch.manual_seed(1)
     written = PolicyNetwork(PolicySizes()).eval()
     given = batch_of([sample()[0]])
-    torch.testing.assert_close(networks.policy(given), written(given), rtol=0.02, atol=0.02)  # Half precision.
+    torch.testing.assert_close(networks.policies[0](given), written(given), rtol=0.02, atol=0.02)  # Half precision.
     assert about == {"known": "nothing"}
     assert weights.stat().st_size < 400_000
+
+
+def test_the_policies_of_a_file_are_averaged(tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    written = [PolicyNetwork(PolicySizes()).eval() for _ in range(3)]
+    write_policy(tmp_path / "three.safetensors", Networks(written, PlacementNetwork()), {})
+    policies = read_policy(tmp_path / "three.safetensors")[0].policies
+    given, beliefs = sample()
+    alone = [MapPolicy([policy]).option_values(given, beliefs) for policy in policies]
+    averaged = MapPolicy(policies).option_values(given, beliefs)
+    np.testing.assert_allclose(averaged, np.mean(alone, 0), rtol=1e-4, atol=1e-4)
+    assert np.abs(averaged - alone[0]).max() > 1e-3
 
 
 @pytest.mark.parametrize(
@@ -62,6 +75,10 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         (
             {"format": "vl_map 2", "sizes": {}, "about": {}},
             "the weights of agents.vl_map: it has no tensor policy",
+        ),
+        (
+            {"format": "vl_map 2", "sizes": {}, "policies": 17, "about": {}},
+            "its header has 17 policies, expected 1 to 16",
         ),
     ):
         write_tensors(tmp_path / "w.safetensors", tensors, header)
@@ -102,7 +119,7 @@ def test_weights_come_along() -> None:
     networks, about = read_policy(find_weights("vl_map"))
     assert about["recipe"]["languages"] == ["en", "hi"]
     given, beliefs = sample()
-    values = networks.policy(batch_of([given]))[0]
+    values = networks.policies[0](batch_of([given]))[0]
     assert values[WAYPOINTS + [each.mark.label.kind for each in beliefs].index("mug")] > MASKED_LOGIT
     card = find_weights("vl_map").with_name(CARD).read_text(encoding="utf-8")
     assert f"{about['parameters']:,} parameters" in card

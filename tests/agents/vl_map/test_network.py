@@ -60,14 +60,14 @@ def test_no_tensor_stays_on_the_cpu(network: PolicyNetwork) -> None:
 
 def test_the_policy_decides_alike_in_a_mirrored_world(network: PolicyNetwork) -> None:
     given, beliefs = sample()
-    policy = MapPolicy(network)
+    policy = MapPolicy([network])
     values, mirrored = policy.option_values(given, beliefs), policy.option_values(mirror(given), beliefs)
     directions = -np.arange(DIRECTIONS) % DIRECTIONS
     shape = DIRECTIONS, len(DISTANCES)
     expected = values[:WAYPOINTS].reshape(shape)[directions]
     np.testing.assert_allclose(mirrored[:WAYPOINTS].reshape(shape), expected, rtol=1e-4, atol=1e-4)
     np.testing.assert_allclose(mirrored[WAYPOINTS:], values[WAYPOINTS:], rtol=1e-4, atol=1e-4)
-    alone = MapPolicy(network, mirrored=False).option_values(given, beliefs)
+    alone = MapPolicy([network], mirrored=False).option_values(given, beliefs)
     np.testing.assert_allclose(alone, network(batch_of([given])).log_softmax(1)[0].detach(), rtol=1e-4, atol=1e-4)
     assert np.abs(alone - values).max() > 1e-3
 
