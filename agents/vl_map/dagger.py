@@ -12,6 +12,7 @@ import torch
 from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.simulated.courses import training_courses
 from arramon_agents.simulated.episode_walks import PlannedWalk, cpu_seconds, walk_episodes
+from arramon_agents.simulated.rendered_walks import RenderedStreets, walk_rendered_episodes
 from arramon_agents.simulated.walks import LabelledDecision
 from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
 from arramon_agents.training.precision import usable_precision
@@ -21,7 +22,6 @@ from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes
 from arramon_agents.vl_map.recipe import MapRecipe
-from arramon_agents.vl_map.rendered_walks import RenderedStreets, walk_rendered_episodes
 from arramon_agents.vl_map.task import Arrays, DecisionTask, arrays_of, load_arrays, save_arrays
 from arramon_agents.weights import SUFFIX
 

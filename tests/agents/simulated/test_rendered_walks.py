@@ -6,11 +6,11 @@ import pytest
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
 from arramon_agents.reading.reader.reader import load  # noqa: E402
+from arramon_agents.simulated import rendered_walks  # noqa: E402
 from arramon_agents.simulated.courses import TrainingCourses, training_courses  # noqa: E402
 from arramon_agents.simulated.episode_walks import PlannedWalk  # noqa: E402
-from arramon_agents.vl_map import rendered_walks  # noqa: E402
+from arramon_agents.simulated.rendered_walks import RenderedStreets, RenderedWalker, walk_rendered_episodes  # noqa: E402
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes  # noqa: E402
-from arramon_agents.vl_map.rendered_walks import RenderedStreets, RenderedWalker, walk_rendered_episodes  # noqa: E402
 from tests import tiny  # noqa: E402
 
 
