@@ -114,7 +114,7 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("phrases", "joins"): frozenset(
         (
             *("sentence", "assembly", "first", "later", "last"),
-            *("where", "where of more", "where of you", "where after clause", "nested where"),
+            *("where", "where of more", "where of you", "where of room", "where after clause", "nested where"),
         )
     ),
     ("chunks", "endings"): frozenset(("consonant", "vowel")),

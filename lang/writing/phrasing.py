@@ -54,6 +54,12 @@ class _Pair(Where):
         """Accept two things."""
 
 
+def _is_of_room(where: Where, before: Where) -> bool:
+    """Return whether a relation is to a wall or to the reader, and true of the landmark before it as well, or of a wall."""
+    is_fixed = where.things[0].kind in ("wall", "you")
+    return is_fixed and (before.relation == "on_top_of" or (before.things[0].kind == "wall" != where.things[0].kind))
+
+
 def constant(text: str) -> Filler:
     """Return a filler that ignores features."""
     return lambda _: text
@@ -330,7 +336,9 @@ class Phraser:
                 key = "nested where"
                 if top:
                     key = "where" if number == len(wheres) - 1 else "where of more"
-                if top and any(thing.where for thing in wheres[number - 1].things):
+                if top and _is_of_room(where, wheres[number - 1]) and "where of room" in self.grammar.joins:
+                    key = "where of room"
+                elif top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
                 elif top and where.things[0].kind == "you" and "where of you" in self.grammar.joins:
                     key = "where of you"

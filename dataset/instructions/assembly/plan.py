@@ -39,23 +39,29 @@ PLAIN_TRIES = 45
 EXTRA_RELATION = 0.08
 """Probability of an unnecessary relation."""
 
-EXTRA_RELATION_ON_TOP = 0.0
-"""The same if the target goes on top of another object."""
+EXTRA_RELATION_ON_TOP = 0.22
+"""The same if the target goes on top of another object: of that one to a wall or to the reader, in ON_TOP_WEIGHTS."""
 
-EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.2
+ON_TOP_WEIGHTS = {
+    "against wall": 14.0, "near wall": 10.0, "in_front_of you": 6.0, "far": 6.0, "left_of you": 10.0, "right_of you": 10.0,
+    "your side": 10.0,
+}  # fmt: skip
+"""Relative frequency with which people add each relation of the object on which the target goes."""
+
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.4
 """Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 30.0, "right_of": 22.0, "in_front_of": 5.0, "behind": 26.0, "between": 3.0, "near": 0.7,
-    "diagonal_to": 0.03, "against wall": 10.5, "near wall": 0.3, "in_front_of you": 8.0, "left_of you": 1.0,
-    "right_of you": 1.0, "far": 0.6, "your side": 0.6,
+    "left_of": 30.0, "right_of": 22.0, "in_front_of": 3.0, "behind": 26.0, "between": 3.0, "near": 0.7,
+    "diagonal_to": 0.03, "against wall": 8.0, "near wall": 3.0, "in_front_of you": 8.0, "left_of you": 2.0,
+    "right_of you": 2.0, "far": 0.6, "your side": 1.5,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
 that is not adjacent; "your side" is "on your left" for any cell there."""
 
-TOLD_AS = {"wall": -1, "you": 1}
-"""Order of relations by the kind of their landmark; those to objects are 0."""
+WALL_FIRST = 0.45
+"""Probability that a relation to a wall precedes one to an object. What is told from the reader's place comes last."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
@@ -126,7 +132,6 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
     thing = namer.name_target(random)
     where: tuple[Where, ...] = ()
     options = list(_options(cell, namer))
-    more = EXTRA_RELATION
     if cell.level > 1:
         base = next(
             (i for i in namer.seen.things if (i.column, i.level, i.row) == (cell[0], cell[1] - 1, cell[2])), None
@@ -134,8 +139,9 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
         name = base and namer.name(base, random)
         if not name:
             return None
-        where, more = (Where("on_top_of", (name,)),), EXTRA_RELATION_ON_TOP
-    is_enough = bool(where) and _is_unambiguous(Assembly(turns, thing, where), cell, namer)
+        whole = Assembly(turns, thing, (Where("on_top_of", (name,)), *_place_of_base(options, random)))
+        return whole if _is_unambiguous(whole, cell, namer) else None
+    is_enough, more = False, EXTRA_RELATION
     while not is_enough or random.random() < more:
         if is_enough:  # Rare relations are not added without need.
             options = [option for option in options if WEIGHTS[option.name] >= 1.0]
@@ -145,6 +151,7 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
         added = _name_landmarks(option, namer, random)
         if added is None or len(where) + len(added) > MAX_RELATIONS:
             continue
+        options = [other for other in options if _goes_with(other, option)]
         where += added
         is_enough, more = _is_unambiguous(Assembly(turns, thing, where), cell, namer), more / 2
     if not where or not _is_unambiguous(Assembly(turns, thing, where), cell, namer):
@@ -152,13 +159,31 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
     simple = _simplified(where)
     if simple != where and _is_unambiguous(Assembly(turns, thing, simple), cell, namer):
         where = simple
-    # Walls come first, and what is told from the reader's place last: "diagonally across from the mug, on your left".
-    where = tuple(sorted(where, key=lambda each: TOLD_AS.get(each.things[0].kind, 0)))
+    order = {"wall": -1 if random.random() < WALL_FIRST else 1, "you": 2}
+    where = tuple(sorted(where, key=lambda each: order.get(each.things[0].kind, 0)))
     return Assembly(turns, thing, where)
 
 
+def _place_of_base(options: list[_Option], random: Random) -> tuple[Where, ...]:
+    """Return a relation to a wall or to the reader of the object on which the target goes, by chance; () for none."""
+    fixed = [option for option in options if all(isinstance(mark, Thing) for mark in option.landmarks)]
+    fixed = [option for option in fixed if option.name in ON_TOP_WEIGHTS]
+    if not fixed or random.random() > EXTRA_RELATION_ON_TOP:
+        return ()
+    (option,) = random.choices(fixed, [ON_TOP_WEIGHTS[option.name] for option in fixed])
+    things = tuple(mark for mark in option.landmarks if isinstance(mark, Thing))
+    return tuple(Where(relation, things) for relation in option.relations)
+
+
+def _goes_with(option: _Option, chosen: _Option) -> bool:
+    """Return whether an option may follow a chosen one: of two walls, the target is against both."""
+    return not (option.name.endswith(" wall") and chosen.name.endswith(" wall")) or (
+        option.name == chosen.name == "against wall"
+    )
+
+
 def _simplified(where: tuple[Where, ...]) -> tuple[Where, ...]:
-    """Return two relations as the one that people give: "between", or that of a base told by its neighbour."""
+    """Return two relations as the one that people give: "between" for two things opposite each other."""
     if len(where) != 2 or any(each.exactly or len(each.things) > 1 for each in where):
         return where
     (one, other), things = where, tuple(thing for each in where for thing in each.things)
@@ -166,8 +191,6 @@ def _simplified(where: tuple[Where, ...]) -> tuple[Where, ...]:
         return where
     if {one.relation, other.relation} in ({"left_of", "right_of"}, {"in_front_of", "behind"}):
         return (Where("between", things),)
-    if one.relation == "on_top_of" and not any(thing.where for thing in things):
-        return (Where("on_top_of", (replace(things[0], where=(other,)),)),)
     return where
 
 

@@ -35,8 +35,11 @@ COLLECTIBLE_COST, BUILDING_COST, SIGN_COST, COUNTED_COST, GROUP_COST = 6.0, 1.5,
 GROUP_OTHERWISE = 3.0
 """Additional cost of naming a group in a plan that does not prefer groups."""
 
+AT_COST = 1.0
+"""Additional cost of a turn at a thing: people name it as something to pass, or to walk to, more often."""
+
 OFFSET_COST = 2.5
-"""Additional cost of a turn before or after a thing: people say "at"."""
+"""Further cost of a turn before or after a thing: people say "at"."""
 
 SIDE_SHARE = 0.11
 """Probability of stating the side on which something is passed."""
@@ -174,7 +177,7 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     distance = math.dist((pose.x, pose.z), (landmark.x, landmark.z))
     for way, near in REACHED_WITHIN.items():
         if distance - near > 2.0:
-            cost = 0.1 if way == "to" else 0.6
+            cost = 0.5
             yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
 
 
@@ -196,7 +199,8 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
     direction = turn_word(rotation)
     inexact = abs(turn_between(DEGREES[direction], rotation))
     if abs(rotation) > 25.0 and direction != "around" and inexact < 45.0:
-        cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7) + (0.0 if word == "at" else OFFSET_COST)
+        cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7) + AT_COST
+        cost += 0.0 if word == "at" else OFFSET_COST
         step = Rotate(direction, word, subject.name)
         yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
 

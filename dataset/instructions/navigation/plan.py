@@ -61,6 +61,15 @@ UNTIL_SEEN = 0.4
 ALONG_STREET = 0.16
 """Probability of "walk down the street" before the first landmark on a street."""
 
+ENTERED_WITHIN = 4
+"""Number of places of the path after a turn within which one is on the street that it leads into."""
+
+AHEAD_FIRST = 0.4
+"""Probability of "go forward" between a turn and a further one at a landmark."""
+
+AHEAD_FOR = 5
+"""Minimum number of places of the path from one turn to the next for "go forward" between them."""
+
 MORE_SHARE = 0.03
 """Probability of another intermediate step although the target, far off, is already visible."""
 
@@ -74,11 +83,20 @@ TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.95, 0.8
 LOST_COST = 4.0
 """Additional cost of a second turn's text that begins with a turn whose direction depends on the walker's heading."""
 
-REACH_FIRST = 0.22
+REACH_FIRST = 0.18
 """Probability of a walk to a thing and a turn there, rather than a turn at it."""
 
 SEE_FIRST = 0.15
 """The same for "until you see a bench" before a turn at it."""
+
+SEEN_SHARE = 0.2
+"""Probability of a walk until a thing is seen, and a turn, rather than a turn at it."""
+
+PASSED_SHARE = 0.3
+"""Probability of a walk past a thing, and a turn, rather than a turn after it."""
+
+UNMARKED_SHARE = 0.15
+"""Probability of "go forward and turn left" rather than a turn at a street or a corner, where there is only one."""
 
 SLIGHT_SHARE = 0.8
 """Probability of a slight turn at the start, which one could do without."""
@@ -258,8 +276,10 @@ class _Planner:
 
     def _wordings(self, waypoint: Waypoint, option: StepOption, *, is_first: bool) -> list[tuple[Step, ...]]:
         """Return alternative wordings of an option's steps: elaborate, plain, and without the stated side."""
-        wording = self._with_facing(option) if is_first else (*self._along_street(waypoint, option), *option.steps)
-        wordings = [self._approached(wording), wording, option.steps]
+        wording = self._with_facing(option) if is_first else option.steps
+        approached = self._approached(wording)
+        onward = self._onward(waypoint, option, wording) if approached == wording else approached
+        wordings = [onward, wording, option.steps]
         step = option.steps[-1]
         if (
             isinstance(step, Walk) and step.way == "past" and step.side
@@ -289,15 +309,23 @@ class _Planner:
         return isinstance(option.steps[0], Rotate) and len(option.steps) > 1 and self._faced(after) is None
 
     def _approached(self, wording: tuple[Step, ...]) -> tuple[Step, ...]:
-        """Return steps, with a walk to the thing or until it is seen before a turn at it, by chance."""
-        turn = wording[-1]
-        if not isinstance(turn, Rotate) or turn.at != "at" or turn.thing is None or turn.thing.kind in STREETS:
+        """Return steps with a walk to, past, or until one sees the thing of a turn before that turn, by chance."""
+        *before, turn = wording
+        if not isinstance(turn, Rotate) or turn.thing is None or turn.thing.kind in STREETS:
             return wording
-        drawn = self._random.random()
+        plain, drawn = Rotate(turn.direction), self._random.random()
+        if turn.at == "after" and drawn < PASSED_SHARE:
+            return (*before, Walk("past", (turn.thing,)), plain)
+        if turn.at != "at":
+            return wording
         if drawn < REACH_FIRST:
-            return (*wording[:-1], Walk("to", (turn.thing,), straight=False), Rotate(turn.direction))
-        if drawn < REACH_FIRST + SEE_FIRST and turn.thing.kind not in PLACES:
-            return (*wording[:-1], Walk("until", (turn.thing,), straight=False), turn)
+            return (*before, Walk("to", (turn.thing,), straight=False), plain)
+        if turn.thing.kind in PLACES:
+            return (*before, Walk("ahead"), plain) if drawn < REACH_FIRST + UNMARKED_SHARE else wording
+        if drawn < REACH_FIRST + SEE_FIRST:
+            return (*before, Walk("until", (turn.thing,), straight=False), turn)
+        if drawn < REACH_FIRST + SEE_FIRST + SEEN_SHARE:
+            return (*before, Walk("until", (turn.thing,), straight=False), plain)
         return wording
 
     def _may_say_more(self, waypoint: Waypoint) -> bool:
@@ -341,16 +369,28 @@ class _Planner:
             ways = ("to", "to", "to", "towards", "until", "until") if not thing.number else ("to", "towards")
             yield (*turns, Walk(self._random.choice(ways), (thing,), straight=False))
 
-    def _along_street(self, waypoint: Waypoint, option: StepOption) -> tuple[Step, ...]:
-        """Return a walk along the street entered by the last turn, drawn at random; () if the street is ambiguous."""
-        graph, step = self._route.graph, option.steps[-1]
-        is_on = (isinstance(step, Walk) and step.way == "past") or (isinstance(step, Rotate) and step.at != "")
-        if graph is None or not waypoint.turned or not is_on or len(option.steps) > 1:
-            return ()
-        roads = graph.roads_at(waypoint.pose.x, waypoint.pose.z)
-        if self._random.random() > ALONG_STREET or len(roads) != 1:
-            return ()
-        return (Walk("along", (Thing(roads[0].kind, identity=roads[0].identity),)),)
+    def _onward(self, waypoint: Waypoint, option: StepOption, wording: tuple[Step, ...]) -> tuple[Step, ...]:
+        """Return steps with a walk down the street, or just ahead, between a turn and their last step, by chance."""
+        *before, last = wording
+        is_turned = isinstance(before[-1], Rotate) if before else waypoint.turned
+        is_turn = isinstance(last, Rotate) and last.at != ""
+        if not is_turned or not (is_turn or (isinstance(last, Walk) and last.way == "past")):
+            return wording
+        street = self._street_entered(waypoint)
+        if street is not None and self._random.random() < ALONG_STREET:
+            return (*before, Walk("along", (street,)), last)
+        is_far = option.waypoint.number >= waypoint.number + AHEAD_FOR
+        if is_turn and is_far and self._random.random() < AHEAD_FIRST:
+            return (*before, Walk("ahead"), last)
+        return wording
+
+    def _street_entered(self, waypoint: Waypoint) -> Thing | None:
+        """Return the street on which the path goes on; None if there is none, or several."""
+        graph, route = self._route.graph, self._route
+        if graph is None:
+            return None
+        roads = graph.roads_at(*route.path[min(waypoint.number + ENTERED_WITHIN, route.last)])
+        return Thing(roads[0].kind, identity=roads[0].identity) if len(roads) == 1 else None
 
     def _ahead(self, waypoint: Waypoint) -> StepOption | None:
         """Return a walk straight ahead, possibly after a turn, to a place with more in view; None if there is none."""

@@ -27,8 +27,11 @@ BUILDING_SHARE = 0.25
 COLLECTIBLE_LIKING = -4.0
 """Bonus for collectibles in the choice of a landmark, as units of distance: people seldom name a second one."""
 
-RELATION_SHARES = {"behind": 1.0, "in_front_of": 0.35, "left_of": 0.4, "right_of": 0.4}
-"""Probability of each relation rather than "near" where it holds."""
+RELATION_WEIGHTS = {"behind": 100.0, "in_front_of": 25.0, "left_of": 15.0, "right_of": 15.0, "near": 25.0}
+"""Relative frequency of each relation where it holds: the rarer it holds, the higher, for people's shares."""
+
+AS_NEAR = 1.5
+"""Distance beyond the nearest landmark's within which another may locate the target instead, in units."""
 
 SECOND_SHARE = 0.15
 """Probability of a second landmark ("next to the cone and the dumpster")."""
@@ -47,6 +50,10 @@ GROUP_SHARE = 0.15
 
 FULL = 0.97
 """Probability of the complete name although fewer words suffice."""
+
+
+_Nearby = tuple[float, float, float, Landmark]
+"""A landmark near the target: its rank, the lowest first, its offset to the right and ahead, and the landmark."""
 
 
 def describe_target(
@@ -128,7 +135,7 @@ def _where(
     x, z = target.position.x, target.position.z
     is_alone = elsewhere is None
     unsuited = UNSUITED if random.random() < BUILDING_SHARE and is_alone else (*UNSUITED, "building")
-    near = []
+    near: list[_Nearby] = []
     landmarks = [landmark for landmark in every if landmark.seen]
     for landmark in landmarks:
         right, ahead = offset_seen_from((view.x, view.z), (x, z), (landmark.x, landmark.z))
@@ -147,20 +154,16 @@ def _where(
         near.append((distance + random.random() - liking, right, ahead, landmark))
     if not near or (random.random() < unplaced and is_alone):
         return ()
-    _, right, ahead, landmark = min(near, key=lambda item: (item[0], item[3].identity))
-    name = full_name(landmark)
-    relation = "near"
-    if abs(right) > 1.3 * abs(ahead):
-        relation = "left_of" if right > 0.0 else "right_of"
-    elif abs(ahead) > 1.3 * abs(right):
-        relation = "in_front_of" if ahead > 0.0 else "behind"
-    if random.random() >= RELATION_SHARES.get(relation, 0.0):
-        relation = "near"
-    # People read "behind" as seen from where they stand when they read it: at the last turn, or on arrival.
+    nearest = min(near, key=_rank)
     views = [*poses[-PLANNED_LAST_VIEWS:], _at_last_turn(poses)]
-    is_odd = landmark.label.kind == "zebra_crossing" or (relation == "behind" and landmark.label.kind in HUNG)
-    if is_odd or not all(_is_so_from(pose, relation, (x, z), landmark) for pose in views):
-        relation = "near"
+    relations: dict[str, _Nearby] = {"near": nearest}
+    for item in sorted((item for item in near if item[0] <= nearest[0] + AS_NEAR), key=_rank):
+        relation = _relation_of(item, views, (x, z))
+        if relation:
+            relations.setdefault(relation, item)
+    (relation,) = random.choices(list(relations), [RELATION_WEIGHTS[each] for each in relations])
+    landmark = relations[relation][3]
+    name = full_name(landmark)
     group = next(groups_centred_on(landmark, every, landmarks, len(poses)), None)
     if group is not None and is_alone and random.random() < GROUP_SHARE:
         return (Where("near", (group.name,)),)
@@ -168,9 +171,29 @@ def _where(
         item for item in near if item[3] is not landmark and item[3].label.kind not in (landmark.label.kind, "building")
     ]
     if relation == "near" and is_alone and further and random.random() < SECOND_SHARE:
-        other = min(further, key=lambda item: (item[0], item[3].identity))[3]
+        other = min(further, key=_rank)[3]
         return (Where("near", (name,)), Where("near", (full_name(other),)))
     return (Where(relation, (name,)),)
+
+
+def _rank(item: _Nearby) -> tuple[float, str]:
+    return item[0], item[3].identity
+
+
+def _relation_of(item: _Nearby, views: Sequence[Pose], place: Place) -> str:
+    """Return the direction in which a place is clearly seen from a landmark; "" if there is none.
+
+    People read "behind" as seen from where they stand when they read it: at the last turn, or on arrival. Nothing is
+    in a direction from a zebra crossing, nor behind what hangs above the street.
+    """
+    _, right, ahead, landmark = item
+    relation = ""
+    if abs(right) > 1.3 * abs(ahead):
+        relation = "left_of" if right > 0.0 else "right_of"
+    elif abs(ahead) > 1.3 * abs(right):
+        relation = "in_front_of" if ahead > 0.0 else "behind"
+    is_odd = landmark.label.kind == "zebra_crossing" or (relation == "behind" and landmark.label.kind in HUNG)
+    return relation if not is_odd and all(_is_so_from(pose, relation, place, landmark) for pose in views) else ""
 
 
 def _at_last_turn(poses: Sequence[Pose]) -> Pose:
