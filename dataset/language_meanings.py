@@ -55,6 +55,8 @@ def _steps() -> Iterator[tuple[str, Step]]:
             if way == "past" or not (thing.number and side):
                 yield f"walk {way} {_called(thing)} {side}", Walk(way, (thing,), side)
                 yield f"walk {way} {_called(thing)} {side}, not straight", Walk(way, (thing,), side, straight=False)
+    for way, thing in product(("to", "towards"), (BENCH, CONE)):
+        yield f"walk {way} {_called(thing)}, far", Walk(way, (thing,), far=True)
     for thing in (BENCH, CONE):
         yield f"walk until {_called(thing)}", Walk("until", (thing,))
         for side in ("left", "right"):

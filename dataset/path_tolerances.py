@@ -67,6 +67,9 @@ PLANNED_NEAR, ACCEPTED_NEAR, FACTS_NEAR = 3.0, 4.0, 4.5
 PLANNED_TWIN_GAP, ACCEPTED_TWIN_GAP = 8.0, 6.0
 """Distance from an object that looks like the target within which nothing may fit the name of that landmark."""
 
+PLANNED_FAR, ACCEPTED_FAR = 12.0, 10.0
+"""Least distance of what is "in the distance" from where the walk to it begins."""
+
 PLANNED_RELATION_ANGLE, ACCEPTED_RELATION_ANGLE = 65.0, 75.0
 """Largest angle between the stated relation of target and landmark and the true direction."""
 

@@ -17,11 +17,13 @@ class Clause:
         key: key in the table of `phrases.toml`: "turn", "turn at", "face", "walk past".
         slots: value of each slot that must be filled.
         straight: whether its thing is straight ahead, so that the clause may say so.
+        far: whether its thing is far away, so that the clause may say so.
     """
 
     key: str
     slots: Mapping[str, Value]
     straight: bool = True
+    far: bool = False
 
 
 def clause_of(step: Step) -> Clause:
@@ -32,7 +34,7 @@ def clause_of(step: Step) -> Clause:
         return Clause(f"turn {step.at}", {"direction": step.direction, **thing_slots((step.thing,))})
     if isinstance(step, Face):
         return Clause("face", thing_slots((step.thing,)))
-    return Clause(f"walk {step.way}", _walk_slots(step), step.straight)
+    return Clause(f"walk {step.way}", _walk_slots(step), step.straight, step.far)
 
 
 def _walk_slots(walk: Walk) -> dict[str, Value]:

@@ -43,9 +43,9 @@ CLAUSES = ("turn", "turn at", "turn before", "turn after", "turn face", "face", 
 """Clauses of steps: keys of [steps] in `phrases.toml`, possibly followed by a kind, "same" or "group".
 
 "turn at faced" is a turn at the last thing mentioned, which one faces or walks towards and has not reached;
-"turn before faced" and "turn after faced" say that one walks between facing it and the turn. "walk past to" and "walk
-past towards" are two walks, past {thing} and on to {other}; "face to" and "face towards" are facing {thing} and walking
-there. These are optional."""
+"turn before faced" and "turn after faced" say that one walks between facing it and the turn; "walk to far" and "walk
+towards far" are of a thing in the distance. "walk past to" and "walk past towards" are two walks, past {thing} and on
+to {other}; "face to" and "face towards" are facing {thing} and walking there. These are optional."""
 
 ONLY_READ_CLAUSES = (
     *("turn with", "short of", "all sides", "walk past crossed", "walk past zebra_crossing"),
@@ -153,7 +153,7 @@ def read_file(folder: Path, name: str) -> Mapping[str, Any]:
 
 def _check_phrases(path: Path, data: Mapping[str, Any]) -> None:
     steps = {f"{clause}{end}" for clause in CLAUSES for end in ("", " same", " group", *(f" {kind}" for kind in KINDS))}
-    steps |= {"turn at faced", "turn before faced", "turn after faced"}
+    steps |= {"turn at faced", "turn before faced", "turn after faced", "walk to far", "walk towards far"}
     steps |= {"walk past to", "walk past towards", "face to", "face towards"}
     wheres = {
         f"{relation}{end}" for relation in RELATIONS for end in ("", " same", " group", " you", " nested", " placed")

@@ -134,6 +134,8 @@ class Walk:
         count: number of steps if stated ("about five steps"), else 0.
         straight: whether the things are straight ahead, so that a text may say "straight to the bench". Excluded from
             comparison, as it cannot be recovered from a text that does not mention it.
+        far: whether the thing is far away when the walk begins, so that a text may say "in the distance". Excluded
+            from comparison too.
     """
 
     way: str
@@ -141,6 +143,7 @@ class Walk:
     side: str = ""
     count: int = 0
     straight: bool = field(default=True, compare=False)
+    far: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         _check("way", self.way, WAYS)

@@ -55,9 +55,9 @@ class _Pair(Where):
 
 
 def _is_of_room(where: Where, before: Where) -> bool:
-    """Return whether a relation is to a wall or to the reader, and true of the landmark before it as well, or of a wall."""
-    is_fixed = where.things[0].kind in ("wall", "you")
-    return is_fixed and (before.relation == "on_top_of" or (before.things[0].kind == "wall" != where.things[0].kind))
+    """Return whether a relation is to a wall or the reader, and so is the one before, or its landmark is there too."""
+    fixed, kind = {"wall", "you"}, where.things[0].kind
+    return kind in fixed and (before.relation == "on_top_of" or before.things[0].kind in fixed - {kind})
 
 
 def constant(text: str) -> Filler:

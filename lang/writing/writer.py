@@ -345,7 +345,8 @@ class _Draft(Phraser):
         if plural and clause.key != "walk between":
             patterns = self.fitting(listed.get(f"{clause.key} group", ()), content, tables)
             return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
-        patterns = self.fitting(listed.get(clause.key, ()), content, tables)
+        far = listed.get(f"{clause.key} far", ()) if clause.far else ()
+        patterns = self.fitting((*listed.get(clause.key, ()), *far), content, tables)
         patterns = self.without_new(patterns, clause.slots)
         thing = clause.slots.get("thing")
         short: list[Pattern] = []

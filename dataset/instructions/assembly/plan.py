@@ -5,7 +5,7 @@ shows from the start tile are mentioned; the plan must hold with and without the
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from random import Random
 
 from arramon_client.world import COLUMNS, ROWS
@@ -43,8 +43,8 @@ EXTRA_RELATION_ON_TOP = 0.22
 """The same if the target goes on top of another object: of that one to a wall or to the reader, in ON_TOP_WEIGHTS."""
 
 ON_TOP_WEIGHTS = {
-    "against wall": 14.0, "near wall": 10.0, "in_front_of you": 6.0, "far": 6.0, "left_of you": 10.0, "right_of you": 10.0,
-    "your side": 10.0,
+    "against wall": 14.0, "near wall": 7.0, "in_front_of you": 6.0, "far": 6.0, "left_of you": 10.0,
+    "right_of you": 10.0, "your side": 10.0,
 }  # fmt: skip
 """Relative frequency with which people add each relation of the object on which the target goes."""
 
@@ -54,14 +54,17 @@ farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
     "left_of": 30.0, "right_of": 22.0, "in_front_of": 3.0, "behind": 26.0, "between": 3.0, "near": 0.7,
-    "diagonal_to": 0.03, "against wall": 8.0, "near wall": 3.0, "in_front_of you": 8.0, "left_of you": 2.0,
+    "diagonal_to": 0.03, "against wall": 5.5, "near wall": 3.5, "in_front_of you": 6.5, "left_of you": 2.0,
     "right_of you": 2.0, "far": 0.6, "your side": 1.5,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
 that is not adjacent; "your side" is "on your left" for any cell there."""
 
 WALL_FIRST = 0.45
-"""Probability that a relation to a wall precedes one to an object. What is told from the reader's place comes last."""
+"""Probability that a relation to a wall precedes another one."""
+
+SECOND_WALL = 0.5
+"""Probability that a second wall is considered where one has been named."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
 """Probability that an instruction starts with a turn, for a target on the floor and one on top, by the cell's
@@ -151,7 +154,7 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
         added = _name_landmarks(option, namer, random)
         if added is None or len(where) + len(added) > MAX_RELATIONS:
             continue
-        options = [other for other in options if _goes_with(other, option)]
+        options = [other for other in options if _goes_with(other, option, random)]
         where += added
         is_enough, more = _is_unambiguous(Assembly(turns, thing, where), cell, namer), more / 2
     if not where or not _is_unambiguous(Assembly(turns, thing, where), cell, namer):
@@ -159,7 +162,7 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
     simple = _simplified(where)
     if simple != where and _is_unambiguous(Assembly(turns, thing, simple), cell, namer):
         where = simple
-    order = {"wall": -1 if random.random() < WALL_FIRST else 1, "you": 2}
+    order = {"wall": -1 if random.random() < WALL_FIRST else 1, "you": 0.5}
     where = tuple(sorted(where, key=lambda each: order.get(each.things[0].kind, 0)))
     return Assembly(turns, thing, where)
 
@@ -175,11 +178,11 @@ def _place_of_base(options: list[_Option], random: Random) -> tuple[Where, ...]:
     return tuple(Where(relation, things) for relation in option.relations)
 
 
-def _goes_with(option: _Option, chosen: _Option) -> bool:
-    """Return whether an option may follow a chosen one: of two walls, the target is against both."""
-    return not (option.name.endswith(" wall") and chosen.name.endswith(" wall")) or (
-        option.name == chosen.name == "against wall"
-    )
+def _goes_with(option: _Option, chosen: _Option, random: Random) -> bool:
+    """Return whether an option may follow a chosen one: two walls are for a target against both, and by chance."""
+    if not (option.name.endswith(" wall") and chosen.name.endswith(" wall")):
+        return True
+    return option.name == chosen.name == "against wall" and random.random() < SECOND_WALL
 
 
 def _simplified(where: tuple[Where, ...]) -> tuple[Where, ...]:

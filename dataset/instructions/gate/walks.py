@@ -9,7 +9,7 @@ from arramon_dataset.instructions.gate.progress import GateProgress, middle_of, 
 from arramon_dataset.instructions.gate.sides import faults_of_passing, faults_of_side, poses_of_part
 from arramon_dataset.instructions.gate.turns import TURN_REACH
 from arramon_dataset.instructions.gate.world import GateWorld
-from arramon_dataset.path_tolerances import ACCEPTED_AT, ACCEPTED_BY, ACCEPTED_STRAIGHT
+from arramon_dataset.path_tolerances import ACCEPTED_AT, ACCEPTED_BY, ACCEPTED_FAR, ACCEPTED_STRAIGHT
 from arramon_dataset.paths import direction
 from arramon_lang.meaning import PLACES, Thing, Walk
 
@@ -26,6 +26,8 @@ def check_walk(world: GateWorld, progress: GateProgress, step: Walk, faults: lis
         return progress
     if step.straight and step.way in ("to", "towards", "until"):
         faults += _faults_of_straight(world, progress, step.things)
+    if step.far and step.way in ("to", "towards"):
+        faults += _faults_of_far(world, progress, step.things)
     if step.way in ("until", "towards"):
         return _approach(world, progress, step, faults)
     near = nearest_index(
@@ -42,6 +44,12 @@ def check_walk(world: GateWorld, progress: GateProgress, step: Walk, faults: lis
         faults.append(f"the path does not lead between {step.things[0].identity} and {step.things[1].identity}")
     passed = near if step.side else progress.passed
     return replace(progress, at=max(progress.at, near), passed=passed)
+
+
+def _faults_of_far(world: GateWorld, progress: GateProgress, things: Sequence[Thing]) -> Iterator[str]:
+    """Yield whether things described as in the distance are near."""
+    if math.dist(world.path[progress.at], middle_of(world, things, progress.at)) < ACCEPTED_FAR:
+        yield f"{things[0].identity} is not in the distance"
 
 
 def _approach(world: GateWorld, progress: GateProgress, step: Walk, faults: list[str]) -> GateProgress:

@@ -83,13 +83,16 @@ TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.95, 0.8
 LOST_COST = 4.0
 """Additional cost of a second turn's text that begins with a turn whose direction depends on the walker's heading."""
 
+WALK_UNFACED = 0.6
+"""Probability of "turn left and walk towards the bench" rather than "turn left to face the bench, and walk to it"."""
+
 REACH_FIRST = 0.18
 """Probability of a walk to a thing and a turn there, rather than a turn at it."""
 
-SEE_FIRST = 0.15
+SEE_FIRST = 0.1
 """The same for "until you see a bench" before a turn at it."""
 
-SEEN_SHARE = 0.2
+SEEN_SHARE = 0.1
 """Probability of a walk until a thing is seen, and a turn, rather than a turn at it."""
 
 PASSED_SHARE = 0.3
@@ -423,7 +426,8 @@ class _Planner:
             return option.steps
         thing = self._faced(after)
         turn = option.steps[0]
-        if thing is None:
+        is_walked_to = isinstance(after, Walk) and after.way in ("to", "towards")
+        if thing is None or (is_walked_to and self._random.random() < WALK_UNFACED):
             return option.steps
         is_said = self._random.random() < (TURN_TO_FACE if self._route.is_first else TURN_TO_FACE_AFTER)
         return (turn, Face(thing), *option.steps[1:]) if is_said else (Face(thing), *option.steps[1:])

@@ -10,6 +10,7 @@ from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import (
     PLANNED_AROUND,
     PLANNED_DEVIATION,
+    PLANNED_FAR,
     PLANNED_IN_VIEW,
     PLANNED_SLIGHT,
     PLANNED_STRAIGHT,
@@ -130,7 +131,7 @@ class DescribedRoute:
     ) -> Iterator[StepOption]:
         """Yield these steps as an option if they advance along the path."""
         if isinstance(step, Walk) and step.things:
-            step = replace(step, straight=self._is_straight(waypoint, turns, end))
+            step = replace(step, straight=self._is_straight(waypoint, turns, end), far=self._is_far(waypoint, step))
         number = self.nearest(end, waypoint.number)
         if number < waypoint.number + 2 and number < self.last:
             return
@@ -155,6 +156,13 @@ class DescribedRoute:
         if course is None or abs(turn_between(end.heading, course)) > SNAP:
             return end
         return Pose(end.x, end.z, course)
+
+    def _is_far(self, waypoint: Waypoint, step: Walk) -> bool:
+        """Return whether a step's thing is far from the waypoint."""
+        here = waypoint.pose.x, waypoint.pose.z
+        named = {thing.identity for thing in step.things}
+        places = [(each.x, each.z) for each in self.landmarks if each.identity in named]
+        return bool(places) and min(math.dist(here, place) for place in places) >= PLANNED_FAR
 
     def _is_straight(self, waypoint: Waypoint, turns: tuple[Step, ...], end: Pose) -> bool:
         """Return whether a step's end is straight ahead of the walker's course and of the path before and after."""
