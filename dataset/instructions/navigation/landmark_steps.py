@@ -177,7 +177,7 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     distance = math.dist((pose.x, pose.z), (landmark.x, landmark.z))
     for way, near in REACHED_WITHIN.items():
         if distance - near > 2.0:
-            cost = 0.5 if way == "to" else 1.2
+            cost = 1.0
             yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
 
 

@@ -58,13 +58,13 @@ TRIED = 24
 UNTIL_SEEN = 0.4
 """Probability that a final straight walk refers to the target: "walk until you see the mug"."""
 
-ALONG_STREET = 0.16
+ALONG_STREET = 0.3
 """Probability of "walk down the street" before the first landmark on a street."""
 
 ENTERED_WITHIN = 4
 """Number of places of the path after a turn within which one is on the street that it leads into."""
 
-AHEAD_FIRST = 0.4
+AHEAD_FIRST = 0.6
 """Probability of "go forward" between a turn and a further one at a landmark."""
 
 AHEAD_FOR = 5
@@ -83,8 +83,8 @@ TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.95, 0.8
 LOST_COST = 4.0
 """Additional cost of a second turn's text that begins with a turn whose direction depends on the walker's heading."""
 
-WALK_UNFACED = 0.6
-"""Probability of "turn left and walk towards the bench" rather than "turn left to face the bench, and walk to it"."""
+TOWARDS_UNFACED = 0.6
+"""Probability of "turn left and walk towards it" rather than "turn left to face it, and walk towards it"."""
 
 REACH_FIRST = 0.18
 """Probability of a walk to a thing and a turn there, rather than a turn at it."""
@@ -101,7 +101,7 @@ PASSED_SHARE = 0.3
 UNMARKED_SHARE = 0.15
 """Probability of "go forward and turn left" rather than a turn at a street or a corner, where there is only one."""
 
-SLIGHT_SHARE = 0.8
+SLIGHT_SHARE = 0.95
 """Probability of a slight turn at the start, which one could do without."""
 
 PAIR_SHARE = 0.2
@@ -426,8 +426,8 @@ class _Planner:
             return option.steps
         thing = self._faced(after)
         turn = option.steps[0]
-        is_walked_to = isinstance(after, Walk) and after.way in ("to", "towards")
-        if thing is None or (is_walked_to and self._random.random() < WALK_UNFACED):
+        is_towards = isinstance(after, Walk) and after.way == "towards"
+        if thing is None or (is_towards and self._random.random() < TOWARDS_UNFACED):
             return option.steps
         is_said = self._random.random() < (TURN_TO_FACE if self._route.is_first else TURN_TO_FACE_AFTER)
         return (turn, Face(thing), *option.steps[1:]) if is_said else (Face(thing), *option.steps[1:])
