@@ -10,7 +10,7 @@ import pytest
 from arramon_lang import load
 from arramon_lang.coreference import mentions
 from arramon_lang.grammar import forms_of
-from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk
+from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Thing, Walk, Where
 from tests.lang import random_meanings
 from tests.lang.test_hindi_texts import REGISTERS
 
@@ -174,6 +174,7 @@ def test_what_is_only_read_is_read() -> None:
 
 BARREL, BARRIER = Thing("barrel", "gold", identity="b"), Thing("barrier", "white", identity="w")
 MUG = Thing("mug", "red", "dotted", identity="m")
+BRICK, YOU = Thing("wall", look="brick", identity="wall/brick"), Thing("you")
 
 
 @pytest.mark.parametrize("code", FORBIDDEN)
@@ -185,6 +186,34 @@ def test_one_goes_straight_only_to_what_is_straight_ahead(code: str) -> None:
             meaning = Navigation((Walk(way, (BARREL,), straight=is_straight),), MUG)
             texts = [language.write(meaning, Random(seed)) for seed in range(60)]
             assert any(re.search(language.grammar.straight, text) for text in texts) == is_straight, way
+
+
+@pytest.mark.parametrize("way", ["to", "towards"])
+def test_only_what_is_far_is_in_the_distance(way: str) -> None:
+    language = load("en")
+    for is_far in (True, False):
+        meaning = Navigation((Walk(way, (BARREL,), far=is_far),), MUG)
+        texts = [language.write(meaning, Random(seed)) for seed in range(60)]
+        assert any("in the distance" in text for text in texts) == is_far
+        assert {language.read(text, "navigation") for text in texts} == {meaning}
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ((Where("on_top_of", (BARREL,)), Where("against", (BRICK,))), "barrel against the"),
+        ((Where("on_top_of", (BARREL,)), Where("right_of", (YOU,))), "barrel (on|to) your right"),
+        ((Where("against", (BRICK,)), Where("in_front_of", (YOU,))), "wall (right |directly |just )?in front of you"),
+        ((Where("in_front_of", (YOU,)), Where("against", (BRICK,))), "you (right )?(up )?against the"),
+    ],
+)
+def test_a_wall_or_the_reader_is_named_in_one_breath(where: tuple[Where, ...], said: str) -> None:
+    language = load("en")
+    meaning = Assembly((), MUG, where)
+    texts = [language.write(meaning, Random(seed)) for seed in range(40)]
+    assert any(re.search(said, text) for text in texts)
+    assert not any(re.search(" and (against|in front|right|up|on|to)", text) for text in texts)
+    assert {language.read(text, "assembly") for text in texts} == {meaning}
 
 
 @pytest.mark.parametrize(

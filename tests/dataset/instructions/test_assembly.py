@@ -70,6 +70,18 @@ def test_plan_wording_frequencies_are_within_human_ranges() -> None:
     assert 0.6 < landmarks[3] / landmarks.total() < 0.97
 
 
+def test_what_the_target_goes_on_may_be_placed_by_a_wall_or_by_the_reader() -> None:
+    places: Counter[str] = Counter()
+    for type_, place, room, number in tasks(120):
+        meaning = plan_assembly(type_, place, room, seeded("top", number))
+        if meaning is not None and meaning.where[0].relation == "on_top_of":
+            assert len(meaning.where) <= 2
+            places.update(where.things[0].kind for where in meaning.where[1:])
+            places["all"] += 1
+    assert set(places) == {"wall", "you", "all"}
+    assert 0.05 < (places["wall"] + places["you"]) / places["all"] < 0.45
+
+
 def test_objects_hidden_from_view_are_not_mentioned() -> None:
     room = things("striped blue tv 2 1 1", "dotted green bowl 2 1 3")
     hidden = set(whole_room(room).things) - set(visible_room(room).things)

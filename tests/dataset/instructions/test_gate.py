@@ -128,6 +128,7 @@ FALSE = [
     (wording(Rotate("right", "at", CROSSING), Walk("past", (ZEBRA,), "right")), "zebra_crossing/0 is not on the right"),
     (wording(Walk("past", (HYDRANT,), "left")), "hydrant/0 is not on the left"),
     (wording(Walk("to", (CONE,))), "cone/0 is not straight ahead"),
+    (wording(Walk("towards", (NEAR,), far=True)), "barrier/0 is not in the distance"),
     (wording(Face(KIOSK), Rotate("right", "at", CROSSING)), "the path does not continue towards kiosk/0"),
     (
         wording(Rotate("right", "at", CROSSING), Walk("past", (CONE,)), Walk("past", (BENCHES,))),
