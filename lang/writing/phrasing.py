@@ -340,7 +340,7 @@ class Phraser:
                     key = "where of room"
                 elif top and any(thing.where for thing in wheres[number - 1].things):
                     key = "where after clause"
-                elif top and where.things[0].kind == "you" and "where of you" in self.grammar.joins:
+                elif top and where.things[0].kind in ("you", "wall") and "where of you" in self.grammar.joins:
                     key = "where of you"
                 fillers = {"a": constant(text), "b": constant(content)}
                 content = self.render(self.pick(self.grammar.joins[key], key), fillers, self.features)

@@ -43,8 +43,8 @@ EXTRA_RELATION_ON_TOP = 0.22
 """The same if the target goes on top of another object: of that one to a wall or to the reader, in ON_TOP_WEIGHTS."""
 
 ON_TOP_WEIGHTS = {
-    "against wall": 14.0, "near wall": 7.0, "in_front_of you": 6.0, "far": 6.0, "left_of you": 10.0,
-    "right_of you": 10.0, "your side": 10.0,
+    "against wall": 14.0, "near wall": 5.0, "in_front_of you": 6.0, "far": 6.0, "left_of you": 6.0,
+    "right_of you": 6.0, "your side": 6.0,
 }  # fmt: skip
 """Relative frequency with which people add each relation of the object on which the target goes."""
 
@@ -53,8 +53,8 @@ EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.4
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 30.0, "right_of": 22.0, "in_front_of": 3.0, "behind": 26.0, "between": 3.0, "near": 0.7,
-    "diagonal_to": 0.03, "against wall": 9.0, "near wall": 2.5, "in_front_of you": 6.5, "left_of you": 2.0,
+    "left_of": 30.0, "right_of": 22.0, "in_front_of": 2.0, "behind": 26.0, "between": 3.0, "near": 0.7,
+    "diagonal_to": 0.03, "against wall": 9.0, "near wall": 1.5, "in_front_of you": 6.5, "left_of you": 2.0,
     "right_of you": 2.0, "far": 0.6, "your side": 1.5,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
