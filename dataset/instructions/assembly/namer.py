@@ -9,7 +9,7 @@ from arramon_lang.cell_grading import Room, RoomObject, relative, weigh_things
 from arramon_lang.meaning import Thing, Where
 from arramon_server.sim.catalogue import ObjectType
 
-IN_FULL, WITH_PLACE = 0.9, 0.08
+IN_FULL, WITH_PLACE = 0.9, 0.05
 """Probabilities of a landmark's complete name although fewer words suffice, and of a name with a relation."""
 
 TARGET_NAMES = (

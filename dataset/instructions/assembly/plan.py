@@ -48,13 +48,13 @@ ON_TOP_WEIGHTS = {
 }  # fmt: skip
 """Relative frequency with which people add each relation of the object on which the target goes."""
 
-EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.02, 0.4
+EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.01, 0.4
 """Probabilities of "directly" with a relation to an adjacent cell, with "left of" and "right of", which otherwise fit
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
     "left_of": 30.0, "right_of": 22.0, "in_front_of": 2.0, "behind": 26.0, "between": 3.0, "near": 0.7,
-    "diagonal_to": 0.03, "against wall": 9.0, "near wall": 1.5, "in_front_of you": 6.5, "left_of you": 2.0,
+    "diagonal_to": 0.03, "against wall": 8.0, "near wall": 1.5, "in_front_of you": 6.5, "left_of you": 2.0,
     "right_of you": 2.0, "far": 0.6, "your side": 1.5,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
@@ -63,7 +63,7 @@ that is not adjacent; "your side" is "on your left" for any cell there."""
 WALL_FIRST = 0.45
 """Probability that a relation to a wall precedes another one."""
 
-SECOND_WALL = 0.5
+SECOND_WALL = 0.2
 """Probability that a second wall is considered where one has been named."""
 
 TURN_FIRST = ((0.92, 0.9), (0.85, 0.8), (0.25, 0.12), (0.04, 0.01))
