@@ -54,7 +54,7 @@ farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
     "left_of": 30.0, "right_of": 22.0, "in_front_of": 2.0, "behind": 26.0, "between": 3.0, "near": 0.7,
-    "diagonal_to": 0.03, "against wall": 8.0, "near wall": 1.5, "in_front_of you": 6.5, "left_of you": 2.0,
+    "diagonal_to": 0.03, "against wall": 10.0, "near wall": 2.0, "in_front_of you": 6.5, "left_of you": 2.0,
     "right_of you": 2.0, "far": 0.6, "your side": 1.5,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell

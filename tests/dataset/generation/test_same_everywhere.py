@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "a0ea2648de562112a432316a8b7b4a4968ddf3df8d5d142c27e2f6f421ac5b66",
-    "digest": "0e03718de58fe8c60adc39fad83d478ba5b0cfdb5df501c35be8cebc351c80d4",
+    "data": "d9ec2147c1aaeebae9f92908e8e892e6322eac5fed18f48f73d65bc2cfb07dfa",
+    "digest": "9ea1e2a4a8b4d632cb31d746cb2f91008f5cf2c5675dcb2f9808af083e4001a0",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
