@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "d9ec2147c1aaeebae9f92908e8e892e6322eac5fed18f48f73d65bc2cfb07dfa",
-    "digest": "9ea1e2a4a8b4d632cb31d746cb2f91008f5cf2c5675dcb2f9808af083e4001a0",
+    "data": "65b1f1f138f10c4e51788caa108045ba357ed1b61f124765de59dfbccdc13983",
+    "digest": "6f47791e11067a62e27ce90db6053ab4157c513d15d3c275e35856ccc117cda1",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
