@@ -121,7 +121,7 @@ def card(about: Mapping[str, Any]) -> str:
         "command": f"`{training_command(NAME, recipe, as_json(MapRecipe()))}`",
         "seed": recipe["seed"],
         "updates": about["updates"],
-        "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the simulated walks",
+        "CPU time": f"{about['cpu_seconds'] / 60:.0f} minutes, with the walks",
         "validation": _validated(about.get("validation")),
     }
     for number, joined in enumerate(about.get("joined", ()), start=2):
