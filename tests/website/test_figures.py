@@ -19,7 +19,8 @@ CHARTS = (
     {name: results.rows(metric) for metric, name in results.METRICS.items()}
     | {name: ablations.rows(name) for name in ablations.CHARTS}
     | {name: language.rows(name) for name in language.CHARTS}
-    | {speed.NAME: speed.rows(), learning.NAME: learning.rows()}
+    | {speed.NAME: speed.rows()}
+    | {name: learning.rows(name) for name in (learning.READER, learning.POLICIES)}
 )
 
 
@@ -95,7 +96,9 @@ def test_other_projects_and_busy_machines_are_marked() -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("draw", [partial(language.draw, "language-paths"), speed.draw, learning.draw])
+@pytest.mark.parametrize(
+    "draw", [partial(language.draw, "language-paths"), speed.draw, learning.draw_reader, learning.draw_policies]
+)
 def test_other_charts_are_drawn(draw: Callable[[Path], None], tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="the extra `docs` is not installed: scripts/setup dev")
     draw(tmp_path / "a.svg")

@@ -21,7 +21,8 @@ def main() -> int:
     for name in language.CHARTS:
         language.draw(name, folder / f"{name}.svg")
     speed.draw(folder / f"{speed.NAME}.svg")
-    learning.draw(folder / f"{learning.NAME}.svg")
+    learning.draw_reader(folder / f"{learning.READER}.svg")
+    learning.draw_policies(folder / f"{learning.POLICIES}.svg")
     for name, text in drawings.all_drawings().items():
         (folder / f"{name}.svg").write_text(text, encoding="utf-8")
     return 0
