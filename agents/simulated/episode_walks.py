@@ -1,9 +1,10 @@
 """Simulated walks of episodes for the training of `vl_map`, in one process or in several."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -46,10 +47,17 @@ class EpisodeWalk(NamedTuple):
     picked: int
 
 
+class Walker(Protocol):
+    """Walks planned walks."""
+
+    def walk(self, planned: PlannedWalk) -> EpisodeWalk:
+        """Walk both turns of an episode."""
+
+
 def walk_episodes(
     pairs: Sequence[CoursePair], planned: Sequence[PlannedWalk], network: PolicyNetwork | None, processes: int = 1
 ) -> Iterator[EpisodeWalk]:
-    """Yield the results of walks in order; they do not depend on the number of processes.
+    """Return the results of walks in order; they do not depend on the number of processes.
 
     Args:
         pairs: courses of the episodes.
@@ -57,10 +65,24 @@ def walk_episodes(
         network: network of the policy that walks, on the CPU, in evaluation mode; None for walks along the paths.
         processes: number of processes.
     """
+    return walk_in_processes(partial(_Walker, pairs, network), planned, processes, "simulates walks")
+
+
+def walk_in_processes(
+    make: Callable[[], Walker], planned: Sequence[PlannedWalk], processes: int, work: str
+) -> Iterator[EpisodeWalk]:
+    """Yield the results of walks in order.
+
+    Args:
+        make: makes the walker of a process; it can be pickled.
+        planned: the walks.
+        processes: number of processes.
+        work: what each of them does, for the message if one dies.
+    """
     if processes <= 1:
-        yield from map(_Walker(pairs, network).walk, planned)
+        yield from map(make().walk, planned)
         return
-    with process_pool(processes, "simulates walks", _begin_process, pairs, network) as pool:
+    with process_pool(processes, work, _begin_process, make) as pool:
         yield from pool.map(_walk_in_process, planned, chunksize=CHUNK)
         pool.shutdown()  # Waits, so that `cpu_seconds` counts the processes.
 
@@ -114,13 +136,13 @@ class _Walker:
         return walk_turns(self.pairs[planned.pair], planned.reading, planned.seed, policy)
 
 
-_walkers: list[_Walker] = []
+_walkers: list[Walker] = []
 """The walker of this process, if it is one of several."""
 
 
-def _begin_process(pairs: Sequence[CoursePair], network: PolicyNetwork | None) -> None:
+def _begin_process(make: Callable[[], Walker]) -> None:
     prepare_process()
-    _walkers[:] = [_Walker(pairs, network)]
+    _walkers[:] = [make()]
 
 
 def _walk_in_process(planned: PlannedWalk) -> EpisodeWalk:

@@ -1,6 +1,7 @@
 """Walks of episodes in rendered streets, seen by the visual encoder: labelled decisions to train `vl_map` with."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,9 +12,8 @@ from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLa
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
-from arramon_agents.process_settings import prepare_process
 from arramon_agents.simulated.courses import TrainingCourses
-from arramon_agents.simulated.episode_walks import CHUNK, EpisodeWalk, PlannedWalk
+from arramon_agents.simulated.episode_walks import EpisodeWalk, PlannedWalk, walk_in_processes
 from arramon_agents.simulated.walks import CourseGuide, LabelledDecision, RecordedPolicy
 from arramon_agents.simulated.world_frame import WorldFrame
 from arramon_agents.vl_map.navigator import MapNavigator
@@ -23,7 +23,6 @@ from arramon_client.environments.backend import Player, PlayerSettings
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
 from arramon_client.world import NAVIGATION
-from arramon_dataset.parallel import process_pool
 
 IMAGE_SIZE = 224
 """Side length of the images, in pixels."""
@@ -105,29 +104,12 @@ def walk_rendered_episodes(
     network: PolicyNetwork,
     processes: int = 1,
 ) -> Iterator[EpisodeWalk]:
-    """Yield the results of walks in order; they do not depend on the number of processes.
+    """Return the results of walks in order; they do not depend on the number of processes.
 
     Args:
         streets, courses, network: as for `RenderedWalker`.
         planned: the walks.
         processes: number of processes.
     """
-    if processes <= 1:
-        yield from map(RenderedWalker(streets, courses, network).walk, planned)
-        return
-    with process_pool(processes, "walks in rendered streets", _begin_process, streets, courses, network) as pool:
-        yield from pool.map(_walk_in_process, planned, chunksize=CHUNK)
-        pool.shutdown()  # Waits, so that `cpu_seconds` counts the processes.
-
-
-_walkers: list[RenderedWalker] = []
-"""The walker of this process, if it is one of several."""
-
-
-def _begin_process(streets: RenderedStreets, courses: TrainingCourses, network: PolicyNetwork) -> None:
-    prepare_process()
-    _walkers[:] = [RenderedWalker(streets, courses, network)]
-
-
-def _walk_in_process(planned: PlannedWalk) -> EpisodeWalk:
-    return _walkers[0].walk(planned)
+    make = partial(RenderedWalker, streets, courses, network)
+    return walk_in_processes(make, planned, processes, "walks in rendered streets")
