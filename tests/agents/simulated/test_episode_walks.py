@@ -1,6 +1,5 @@
 """Simulated walks for training: the same in one process and in two, along paths and by a policy."""
 
-import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
@@ -10,6 +9,7 @@ from arramon_agents.simulated.courses import training_courses  # noqa: E402
 from arramon_agents.simulated.episode_walks import CoursePair, PlannedWalk, cpu_seconds, walk_episodes  # noqa: E402
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes  # noqa: E402
 from tests import tiny  # noqa: E402
+from tests.agents.simulated.same_walks import assert_same_walks  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -27,10 +27,4 @@ def test_two_processes_walk_like_one(pairs: list[CoursePair], by_policy: bool) -
     before = cpu_seconds()
     alone, together = (list(walk_episodes(pairs, planned, network, processes)) for processes in (1, 2))
     assert cpu_seconds() > before
-    for one, two in zip(alone, together, strict=True):
-        assert one.picked == two.picked
-        assert [each.label for each in one.decisions] == [each.label for each in two.decisions]
-        for ours, theirs in zip(one.decisions, two.decisions, strict=True):
-            for a, b in zip(ours.sample, theirs.sample, strict=True):
-                assert np.array_equal(np.asarray(a), np.asarray(b))
-    assert any(each.decisions for each in alone)
+    assert_same_walks(alone, together)

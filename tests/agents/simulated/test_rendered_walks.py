@@ -1,6 +1,5 @@
 """Walks in rendered streets: labelled as in simulated ones, and the same in one process and in two."""
 
-import numpy as np
 import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
@@ -12,6 +11,7 @@ from arramon_agents.simulated.episode_walks import PlannedWalk  # noqa: E402
 from arramon_agents.simulated.rendered_walks import RenderedStreets, RenderedWalker, walk_rendered_episodes  # noqa: E402
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes  # noqa: E402
 from tests import tiny  # noqa: E402
+from tests.agents.simulated.same_walks import assert_same_walks  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +48,4 @@ def test_two_processes_walk_like_one(
 ) -> None:
     planned = [PlannedWalk(number, number, (1, number)) for number in range(2)]
     alone, together = (list(walk_rendered_episodes(streets, courses, planned, network, count)) for count in (1, 2))
-    for one, two in zip(alone, together, strict=True):
-        assert one.picked == two.picked
-        assert [each.label for each in one.decisions] == [each.label for each in two.decisions]
-        for ours, theirs in zip(one.decisions, two.decisions, strict=True):
-            for a, b in zip(ours.sample, theirs.sample, strict=True):
-                assert np.array_equal(np.asarray(a), np.asarray(b))
-    assert any(each.decisions for each in alone)
+    assert_same_walks(alone, together)
