@@ -175,7 +175,8 @@ class SimulatedWalks:
         picked = 0
         policy = deepcopy(network).cpu().eval()
         processes = self._workspace.processes
-        if number > self._recipe.rounds - self._recipe.rendered:
+        recipe = self._recipe
+        if recipe.rendered and number > recipe.rounds - recipe.rendered:  # Also the round after them, for `again`.
             streets = RenderedStreets(self._workspace.data, self._recipe.languages[0])
             walks = walk_rendered_episodes(streets, self._courses, planned, policy, processes)
         else:
