@@ -21,7 +21,7 @@ FONTS = ROOT / "server" / "web" / "static"
 
 ASSETS = (
     FONTS / "hind-400.woff2", FONTS / "hind-600.woff2", FONTS / "hind-LICENSE.txt", FONTS / "icon.svg",
-    HERE / "static" / "site.css",
+    HERE / "static" / "site.css", HERE / "static" / "scrolling_tables.js",
 )  # fmt: skip
 
 
@@ -57,6 +57,7 @@ def build(site: Path) -> None:
         _add(hindi, ())
         shutil.copytree(_generate(work / HINDI, _hindi()), made / HINDI)
         _link_citing(made)
+        _drop_empty_headers(made)
         _redirect(made)
         shutil.rmtree(site, ignore_errors=True)
         shutil.copytree(made, site)
@@ -117,6 +118,23 @@ def _link_citing(site: Path) -> None:
         address = os.path.relpath(site / CITING, page.parent)
         text = page.read_text(encoding="utf-8")
         page.write_text(text.replace("@CITING@", address), encoding="utf-8")
+
+
+EMPTY_HEADER_ROW = re.compile(r"<thead>\s*<tr>(\s*<th[^>]*></th>)+\s*</tr>\s*</thead>\s*")
+EMPTY_HEADER = re.compile(r"<th([^>]*)></th>")
+
+
+def without_empty_headers(text: str) -> str:
+    """Return a page without empty header cells of tables, which screen readers would announce.
+
+    Markdown gives each table a header row. One without text is removed, and a single empty cell becomes a plain one.
+    """
+    return EMPTY_HEADER.sub(r"<td\1></td>", EMPTY_HEADER_ROW.sub("", text))
+
+
+def _drop_empty_headers(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        page.write_text(without_empty_headers(page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def _redirect(site: Path) -> None:
