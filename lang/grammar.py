@@ -143,6 +143,7 @@ class Grammar:
         self._slots: frozenset[str] = frozenset(self.words)
         self._introduced: dict[int, tuple[Sequence, frozenset[str]]] = {}
         self._slots_of: dict[int, tuple[Sequence, tuple[frozenset[str], frozenset[str]]]] = {}
+        self._worded: dict[tuple[int, tuple[tuple[str, str], ...]], tuple[Sequence, bool]] = {}
         self.tables = {
             slot: Table(table["of"], self._tabled(f"tables.{slot}", table["values"]))
             for slot, table in grammar["tables"].items()
@@ -150,6 +151,7 @@ class Grammar:
 
     def _read_things(self, things: Mapping[str, Any]) -> None:
         self.nouns = {kind: self._lexemes(f"nouns.{kind}", entries) for kind, entries in things["nouns"].items()}
+        self._imposed = {axis for nouns in self.nouns.values() for noun in nouns for axis, _ in noun.given}
         self.also_nouns: dict[str, list[str]] = things["also_read"]
         self.also_looks: dict[str, dict[str, list[str]]] = things.get("also_read_looks", {})
         self.colours = self._tabled("colours", things["colours"])
@@ -231,6 +233,18 @@ class Grammar:
         if known is None:
             slots = (slot.name for slot in pattern.slots() if self.first_mention.intersection(slot.marks))
             known = self._introduced[id(pattern.body)] = (pattern.body, frozenset(slots))
+        return known[1]
+
+    def has_words_for(self, noun: Lexeme, pattern: Pattern) -> bool:
+        """Return whether each word of one of the grammar's patterns has a form that agrees with a noun."""
+        key = id(pattern.body), noun.given
+        known = self._worded.get(key)
+        if known is None:
+            imposed = {axis: self.axes[axis][0] for axis in self._imposed} | dict(noun.given)
+            others = {value for axis in self._imposed for value in self.axes[axis]} - set(imposed.values())
+            words = [self.words[slot.name] for slot in pattern.slots() if slot.name in self.words]
+            agree = all(any(others.isdisjoint(marks) for word in each for marks, _ in word.forms) for each in words)
+            known = self._worded[key] = pattern.body, agree
         return known[1]
 
     def noun_phrases_of(self, kind: str) -> tuple[Pattern, ...]:

@@ -338,6 +338,12 @@ class _Draft(Phraser):
         return self.render(opening, {"a": constant(body)}, self.features)
 
     def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
+        """Return the patterns of a clause whose words agree with its first thing."""
+        patterns = self._all_patterns(clause, subordinate=subordinate)
+        noun = next(iter(self.nouns(clause.slots).values()), None)
+        return patterns if noun is None else [p for p in patterns if self.grammar.has_words_for(noun, p)]
+
+    def _all_patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
         """Return the patterns of a clause: with a pronoun for the thing in focus, or else all others."""
         listed, content = self.grammar.steps, clause.slots.keys()
         tables = self.table_fillers(clause.slots)

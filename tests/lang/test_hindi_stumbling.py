@@ -2,6 +2,8 @@
 
 import re
 import unicodedata
+from collections.abc import Callable
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -57,6 +59,40 @@ def test_steps(steps: tuple[Step, ...], never: str) -> None:
     texts = written(meaning)
     assert found(texts, never) == []
     assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
+
+
+MOVABLE = [
+    Thing(kind, identity="7") for kind, nouns in HINDI.grammar.nouns.items() if ("motion", "movable") in nouns[0].given
+]
+
+
+def test_cars_are_movable() -> None:
+    assert [thing.kind for thing in MOVABLE] == ["car"]
+
+
+@pytest.mark.parametrize("thing", [*MOVABLE, CONE], ids=lambda thing: thing.kind)
+@pytest.mark.parametrize(
+    "step",
+    [
+        *(lambda thing, at=at: Rotate("left", at, thing) for at in ("at", "before", "after")),
+        *(lambda thing, way=way: Walk(way, (thing,)) for way in ("to", "past", "towards", "until")),
+        lambda thing: Walk("beside", (thing,), "left"),
+        lambda thing: Walk("past", (thing,), "right"),
+        Face,
+        lambda thing: Walk("to", (replace(thing, number="two"),)),
+    ],
+)
+def test_only_what_does_not_move_comes(thing: Thing, step: Callable[[Thing], Step]) -> None:
+    meaning = Navigation((step(thing),), MUG)
+    texts = written(meaning, 20)
+    assert {HINDI.read(text, "navigation") for text in texts} == {meaning}
+    if thing in MOVABLE:
+        assert found(texts, "(?<![\u0900-\u097f])(?<!नज़र )(आने|आए|आ जाए|आएग[ाी]|आते)(?![\u0900-\u097f])") == []
+
+
+def test_a_still_thing_comes() -> None:
+    texts = written(Navigation((Walk("to", (CONE,)), Rotate("left")), MUG))
+    assert found(texts, "कोन (आने|न आ जाए)")
 
 
 @pytest.mark.parametrize("position", ["before", "after"])
