@@ -1,5 +1,6 @@
 """Grammar of a language, loaded from its files: inflected words, nouns, adjectives, phrases and joins."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -122,7 +123,7 @@ class Grammar:
             if axis not in self.axes or not values.keys() <= set(self.axes[axis]):
                 raise ValueError(f"text.per_episode: {axis} is not an axis with the values {', '.join(values)}")
         self.sentence_end: str = text["sentence_end"]
-        self.spelling: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["spelling"]]
+        self.spelling = [(re.compile(rule[0]), str(rule[1])) for rule in text["spelling"]]
         self.reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text["reading"]]
         self.free_reading: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("free_reading", [])]
         self.folding: list[tuple[str, str]] = [(rule[0], rule[1]) for rule in text.get("folding", [])]
@@ -131,7 +132,7 @@ class Grammar:
         self.of: list[str] = owners.get("of", [])
         self.own: list[str] = owners.get("own", [])
         self.asides: list[str] = text.get("asides", [])
-        self.clumsy: list[str] = text.get("clumsy", [])
+        self.clumsy = [re.compile(pattern) for pattern in text.get("clumsy", [])]
         self.straight: str = text.get("straight", "")
         self.first_mention: frozenset[str] = frozenset(text.get("first_mention", []))
         self.ends: dict[str, float] = text.get("ends", {self.sentence_end: 1.0})

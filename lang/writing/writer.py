@@ -118,7 +118,8 @@ class Writer:
                 written = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
             except _Misleading:
                 continue
-            faults = self._count_faults(written, max(fewest, 1))
+            known = draft.clumsy_before if draft.redraws and isinstance(meaning, Navigation) else None
+            faults = self._count_faults(written, max(fewest, 1), known)
             if faults == 0:
                 drafts.append(written)
             if faults < fewest:
@@ -129,10 +130,16 @@ class Writer:
             raise ValueError("every wording says 'straight' although the thing is not straight ahead")
         return drafts or [text]
 
-    def _count_faults(self, written: str, most: float) -> int:
-        """Return the number of checks that a draft fails, or `most` if it fails as many."""
+    def _count_faults(self, written: str, most: float, known: int | None) -> float:
+        """Return the number of checks that a draft fails, or `most` if it fails as many.
+
+        `known` is the number of the language's own checks that it fails, if that has been counted.
+        """
         words = [strip_marks(word.casefold()) for word in written.split()]
-        return _count_clumsy(written, self._grammar.clumsy, most, _is_clumsy(words) + (len(words) < MIN_WORDS))
+        faults = _is_clumsy(words) + (len(words) < MIN_WORDS)
+        if known is not None:
+            return min(faults + known, most)
+        return _count_clumsy(written, self._grammar.clumsy, most, faults)
 
     def _chosen(self, drafts: list[str], phase: str, random: Random, voice: Voice) -> str:
         """Return one of the drafts: by the language's preferences and the voice's brevity, or the shortest."""
@@ -147,12 +154,12 @@ class Writer:
         return random.choices(drafts, [math.exp(score - best) for score in scores])[0]
 
 
-def _count_clumsy(text: str, patterns: Iterable[str], most: float, faults: int = 0) -> int:
+def _count_clumsy(text: str, patterns: Iterable[re.Pattern[str]], most: float, faults: int = 0) -> int:
     """Return the given number of faults and that of the patterns found in a text, or `most` if there are as many."""
     for pattern in patterns:
         if faults >= most:
             break
-        faults += re.search(pattern, text) is not None
+        faults += pattern.search(text) is not None
     return faults
 
 
@@ -169,9 +176,11 @@ class _Draft(Phraser):
         last_key: key of the last clause.
         redraws: maximum number of times that a sentence is written anew because it fails a check.
         opening_factor: factor on the probability of opening words.
+        clumsy_before: number of the language's checks that the sentences written so far fail, if sentences are redrawn.
     """
 
     is_at_thing = False
+    clumsy_before = 0
     last_key = ""
     redraws = 0
     opening_factor = 1.0
@@ -202,19 +211,24 @@ class _Draft(Phraser):
     def _drawn(self, before: list[str], write: Callable[[], str]) -> str:
         """Return the sentence that `write` draws, drawn anew while it adds faults to the text before it."""
         clumsy = self.grammar.clumsy
-        allowed = _count_clumsy(self._finish_text(before), clumsy, math.inf) if self.redraws and before else 0
+        allowed = self.clumsy_before if self.redraws and before else 0
         state = {name: copy(getattr(self, name)) for name in CHANGED}
         for number in range(self.redraws):
             self.opening_factor = 1.0 if number < 2 else REDRAWN_OPENINGS
             try:
                 sentence = write()
-                if _count_clumsy(self._finish_text([*before, sentence]), clumsy, allowed + 1) <= allowed:
+                counted = _count_clumsy(self._finish_text([*before, sentence]), clumsy, allowed + 1)
+                if counted <= allowed:
+                    self.clumsy_before = counted
                     return sentence
             except _Misleading:
                 pass
             for name, value in state.items():
                 setattr(self, name, copy(value))
-        return write()
+        sentence = write()
+        if self.redraws:
+            self.clumsy_before = _count_clumsy(self._finish_text([*before, sentence]), clumsy, math.inf)
+        return sentence
 
     def assembly(self, meaning: Assembly) -> str:
         parts = [self._turn(direction) for direction in meaning.turns]
@@ -427,7 +441,7 @@ class _Draft(Phraser):
         text = f"{end} ".join(bare) + self.voice.end
         text = re.sub(rf"\s+([{PUNCTUATION}])", r"\1", " ".join(text.split()))
         for pattern, replacement in self.grammar.spelling:
-            text = re.sub(pattern, replacement, text)
+            text = pattern.sub(replacement, text)
         if not self.voice.has_capitals:
             return text
         return re.sub(rf"(^|[{SENTENCE_ENDS}] )(\S)", lambda match: match[1] + match[2].upper(), text)
