@@ -73,6 +73,8 @@ class Lexeme:
 
     def form(self, features: Features) -> str | None:
         """Return the most specific form whose marks all hold, or None if no form fits."""
+        if len(self.forms) == 1 and not self.forms[0][0]:
+            return self.forms[0][1]
         values = set(features.values()) | {value for _, value in self.given}
         fitting = [(len(marks), text) for marks, text in self.forms if marks <= values]
         return max(fitting, key=lambda each: each[0])[1] if fitting else None
@@ -144,6 +146,7 @@ class Grammar:
         self._slots: frozenset[str] = frozenset(self.words)
         self._introduced: dict[int, tuple[Sequence, frozenset[str]]] = {}
         self._slots_of: dict[int, tuple[Sequence, tuple[frozenset[str], frozenset[str]]]] = {}
+        self._expressed: dict[tuple[int, frozenset[str], frozenset[str]], tuple[Sequence, bool]] = {}
         self._worded: dict[tuple[int, tuple[tuple[str, str], ...]], tuple[Sequence, bool]] = {}
         self.tables = {
             slot: Table(table["of"], self._tabled(f"tables.{slot}", table["values"]))
@@ -227,6 +230,28 @@ class Grammar:
                 (required_slots(body, fillable), possible_slots(body, fillable)),
             )
         return known[1]
+
+    def expresses(self, pattern: Pattern, content: frozenset[str], filled: frozenset[str]) -> bool:
+        """Return whether one of the grammar's patterns expresses exactly the content with the tables that are filled.
+
+        Args:
+            pattern: the pattern.
+            content: names of slots, and of attributes with wordings in tables.
+            filled: slots of tables that have a wording for the content.
+        """
+        key = id(pattern.body), content, filled
+        known = self._expressed.get(key)
+        if known is None:
+            known = self._expressed[key] = pattern.body, self._expresses(pattern, content, filled)
+        return known[1]
+
+    def _expresses(self, pattern: Pattern, content: frozenset[str], filled: frozenset[str]) -> bool:
+        tables = self.tables
+        must, possible = self.slots_of(pattern.body)
+        can = {slot for slot in possible if slot not in tables or slot in filled}
+        attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
+        required = {tables[slot].attribute if slot in tables else slot for slot in must}
+        return must <= can and required <= content <= attributes
 
     def introduced_slots(self, pattern: Pattern) -> frozenset[str]:
         """Return the slots that one of the grammar's patterns fills with things not mentioned before."""

@@ -110,20 +110,9 @@ class Phraser:
             content: names of slots, and of attributes with wordings in tables.
             fillers: available fillers; required if the patterns contain tables' slots.
         """
-        content, fillers = frozenset(content), fillers or {}
-        tables = self.grammar.tables
-        fitting = []
-        for pattern in patterns:
-            if not pattern.weight:
-                continue
-            must, possible = self.grammar.slots_of(pattern.body)
-            can = {slot for slot in possible if slot not in tables or slot in fillers}
-            if not must <= can:
-                continue
-            attributes = {tables[slot].attribute if slot in tables else slot for slot in can}
-            if {tables[s].attribute if s in tables else s for s in must} <= content <= attributes:
-                fitting.append(pattern)
-        return fitting
+        filled = self.grammar.tables.keys() & (fillers or {}).keys()
+        expresses, key = self.grammar.expresses, (frozenset(content), frozenset(filled))
+        return [pattern for pattern in patterns if pattern.weight and expresses(pattern, *key)]
 
     def render(self, pattern: Pattern, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
         """Return the text of a pattern, with alternatives drawn at random and words inflected as required."""

@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "65b1f1f138f10c4e51788caa108045ba357ed1b61f124765de59dfbccdc13983",
-    "digest": "6f47791e11067a62e27ce90db6053ab4157c513d15d3c275e35856ccc117cda1",
+    "data": "97ffc6545d8b5b00b8351192367084e2b1e34e2288c7ab43ef9f955f3a6f7d8c",
+    "digest": "77171f4cabfc1256ae2b6843f07acde48724866cfd030a09363346f1ba7affdf",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
