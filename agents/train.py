@@ -14,6 +14,7 @@ from arramon_agents.requirements import REQUIRED_AT_PLAY, require
 from arramon_agents.training.option_help import option_help
 from arramon_agents.training.workspace import CHECKPOINT_STEPS, Workspace
 from arramon_client.errors import ArramonClientError, UsageError
+from arramon_client.stopping import describe, status_of, stopped_by_signals
 
 PACKAGES = ("reading.reader", "vl", "vl_grounded", "vl_map", "reading", "perception.eyes")
 """Packages with a training; each has a module `recipe` (`RECIPES`, `smoke`) and a module `train` (`train`)."""
@@ -54,7 +55,17 @@ def trainings() -> dict[str, Training]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command, and return its exit status."""
+    """Run the command.
+
+    Returns:
+        Exit status: 0 success, 1 error, 2 usage; 128 plus the signal's number after Ctrl-C (130), SIGTERM (143) or
+        SIGHUP (129).
+    """
+    with stopped_by_signals():
+        return _run(arguments)
+
+
+def _run(arguments: list[str] | None) -> int:
     known = trainings()
     parser = _parser(known)
     given = parser.parse_args(arguments)
@@ -76,6 +87,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (ArramonClientError, ValueError) as error:
         _report(f"error: {error}")
         return 1
+    except KeyboardInterrupt as stop:
+        _report(f"{describe(stop)}: the same command resumes the training")
+        return status_of(stop)
     return 0
 
 

@@ -13,6 +13,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, NoReturn
 
+from arramon_client.stopping import describe, status_of, stopped_by_signals
 from arramon_server import __version__
 from arramon_server.commands import ENTRY_POINTS
 from arramon_server.configuration.secret_masking import mask_secrets
@@ -40,8 +41,18 @@ FAMILIES = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; return the exit status: 0 success, 1 error (printed), 2 wrong usage, 130 interrupted."""
+    """Run a command.
+
+    Returns:
+        Exit status: 0 success, 1 error (printed), 2 wrong usage; 128 plus the signal's number after Ctrl-C (130),
+        SIGTERM (143) or SIGHUP (129).
+    """
     _silence_grpc()
+    with stopped_by_signals():  # `serve` replaces these handlers by its own.
+        return _run(argv)
+
+
+def _run(argv: Sequence[str] | None) -> int:
     words = sys.argv[1:] if argv is None else argv
     if words and not words[0].startswith("-") and not _modules(words[0]):
         return _report_unknown(words[0])
@@ -59,9 +70,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ArraMonError as error:
         _report(str(error), vars(arguments))
         return 1
-    except KeyboardInterrupt:
-        print("arramon-server: interrupted", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as stop:
+        print(f"arramon-server: {describe(stop)}", file=sys.stderr)
+        return status_of(stop)
     return status or 0
 
 

@@ -63,6 +63,8 @@ class GenerationProgress:
     kept: int = 0
 
     def __str__(self) -> str:
+        if not self.done:
+            return f"{self.split}: 0 of {self.total} episodes; the first ones take longest"
         if self.done == self.kept:
             return f"{self.split}: going on after {self.done} of {self.total} episodes"
         left = self.seconds / (self.done - self.kept) * (self.total - self.done)
@@ -131,8 +133,7 @@ def _generate(
     """Generate the missing episodes. Each batch is checkpointed before the next result is awaited."""
     begun, made, drafts = time.monotonic(), [], sum(one.attempts for one in kept)
     total = len(kept) + len(missing)
-    if kept:
-        on_progress(GenerationProgress(request.name, len(kept), total, drafts, 0.0, len(kept)))
+    on_progress(GenerationProgress(request.name, len(kept), total, drafts, 0.0, len(kept)))
     for generated in run(request.batches(missing)):
         checkpoint.add(generated)
         made += generated

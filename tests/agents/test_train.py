@@ -1,5 +1,6 @@
 """`arramon-train`: a smoke test for each trained agent, from episodes to playing with its weights."""
 
+import signal
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -25,6 +26,7 @@ from arramon_agents.training.checkpoint import (
 )
 from arramon_agents.training.recipe import update_settings
 from arramon_agents.training.rollouts import RolloutPlan, play
+from arramon_agents.vl import train as vl_train
 from arramon_agents.vl.policy import load_policy
 from arramon_agents.vl.recipe import RECIPES
 from arramon_agents.vl_grounded.network import read_weights
@@ -350,3 +352,14 @@ def test_what_is_wrong_is_told(data: Path, tmp_path: Path, capsys: pytest.Captur
     folders = ["--data", str(data), "--cache", str(tmp_path), "--output", str(tmp_path)]
     assert train.main(["--agent", "vl", "--smoke", "--encoder", "pooled", "--lang", "fr", *folders]) == 1
     assert "has no language 'fr'; it has en, hi" in capsys.readouterr().err
+
+
+def test_an_interrupted_training_says_that_it_can_be_resumed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def stop(*_: object) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(vl_train, "train", stop)
+    assert train.main(["--agent", "vl", "--output", str(tmp_path)]) == 128 + signal.SIGTERM
+    assert "stopped by SIGTERM: the same command resumes the training" in "".join(capsys.readouterr())

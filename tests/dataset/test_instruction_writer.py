@@ -107,6 +107,10 @@ def test_follower_scores_decide_whether_instructions_pass(
     assert passes_trial(EpisodeScores("1", "6", (perfect | first, perfect | second))) is expected
 
 
+def test_progress_shows_the_start() -> None:
+    assert str(GenerationProgress("train", 0, 400, 0, 0.0)) == "train: 0 of 400 episodes; the first ones take longest"
+
+
 def test_progress_shows_counts_and_time_left() -> None:
     said = str(GenerationProgress("train", 100, 400, 130, 65.0))
     assert said == "train: 100 of 400 episodes from 130 drafts in 1:05, 3:15 left"

@@ -34,6 +34,7 @@ def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> Non
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
     generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
     assert generation.stderr is not None
+    assert generation.stderr.readline().startswith("val_unseen: 0 of ")
     assert generation.stderr.readline().startswith("val_unseen: ")
     assert len(processes_in_group(generation.pid)) >= 3
 
@@ -46,6 +47,22 @@ def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> Non
 
     assert processes_in_group(generation.pid) == []
     assert not (tmp_path / "data" / "splits").exists()
+    generation.stderr.close()
+
+
+@pytest.mark.slow
+def test_terminated_generation_says_so_in_one_line(tmp_path: Path) -> None:
+    arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
+    generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True)
+    assert generation.stderr is not None
+    for _ in range(2):
+        assert generation.stderr.readline().startswith("val_unseen: ")
+
+    generation.terminate()
+    said = generation.stderr.read().splitlines()
+
+    assert generation.wait() == 128 + signal.SIGTERM
+    assert [line for line in said if not line.startswith("val_unseen: ")] == ["arramon-server: stopped by SIGTERM"]
     generation.stderr.close()
 
 
