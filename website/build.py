@@ -57,7 +57,7 @@ def build(site: Path) -> None:
         _add(hindi, ())
         shutil.copytree(_generate(work / HINDI, _hindi()), made / HINDI)
         _link_citing(made)
-        _drop_empty_headers(made)
+        _improve_markup(made)
         _redirect(made)
         shutil.rmtree(site, ignore_errors=True)
         shutil.copytree(made, site)
@@ -132,9 +132,18 @@ def without_empty_headers(text: str) -> str:
     return EMPTY_HEADER.sub(r"<td\1></td>", EMPTY_HEADER_ROW.sub("", text))
 
 
-def _drop_empty_headers(site: Path) -> None:
+SHORT_CODE = re.compile(r"<code>([^<]{1,24})</code>")
+
+
+def with_unbroken_names(text: str) -> str:
+    """Return a page on which short inline code, such as an option, has the class that prevents line breaks in it."""
+    return SHORT_CODE.sub(r'<code class="short">\1</code>', text)
+
+
+def _improve_markup(site: Path) -> None:
     for page in site.rglob("*.html"):
-        page.write_text(without_empty_headers(page.read_text(encoding="utf-8")), encoding="utf-8")
+        text = page.read_text(encoding="utf-8")
+        page.write_text(with_unbroken_names(without_empty_headers(text)), encoding="utf-8")
 
 
 def _redirect(site: Path) -> None:

@@ -17,8 +17,13 @@ WHAT = {
 }
 """Description of the inputs, by (sees, reads)."""
 
+MEMORY_LIMITS = {
+    True: "- It sees one image at a time and remembers only its own actions, not the places where it has been.",
+    False: "- It sees nothing and remembers only its own actions: it cannot know where it is.",
+}
+"""First limit, by whether the agent sees."""
+
 LIMITS = """\
-- It sees one image at a time and remembers only its own actions, not the places where it has been.
 - The model of a phase knows nothing of the other; a wrong turn 1 leaves turn 2 where the training never was.
 - It is a baseline, and far from human level. Compare with `docs/results/agents.md`."""
 
@@ -45,7 +50,9 @@ def card(policy: VlPolicy, recipe: Recipe) -> str:
     }
     if recipe.init:
         rows["begins with"] = f"`{recipe.init}`"
-    return model_card(recipe.agent, rows, f"{training_text_limit(recipe.split, recipe.init)}\n{LIMITS}")
+    return model_card(
+        recipe.agent, rows, f"{training_text_limit(recipe.split, recipe.init)}\n{MEMORY_LIMITS[recipe.sees]}\n{LIMITS}"
+    )
 
 
 def _text_encoder(recipe: Recipe) -> str:

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, expect
 from tests import ROOT
 from tests.web.conftest import browser as browser
 from website import checks
-from website.build import without_empty_headers
+from website.build import with_unbroken_names, without_empty_headers
 from website.reference import api, commands, protocol
 from website.staging import DOCS, Stage
 
@@ -196,6 +196,12 @@ TABLES = [
 @pytest.mark.parametrize(("table", "expected"), TABLES)
 def test_empty_header_cells_are_dropped(table: str, expected: str) -> None:
     assert without_empty_headers(table) == expected
+
+
+def test_short_code_is_not_broken() -> None:
+    option, command = "--checkpoint-steps", "arramon-client play --lang hi"
+    text = f"<code>{option}</code> <code>{command}</code>"
+    assert with_unbroken_names(text) == f'<code class="short">{option}</code> <code>{command}</code>'
 
 
 @pytest.mark.slow
