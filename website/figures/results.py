@@ -89,8 +89,8 @@ def draw(metric: str, target: Path) -> None:
             axis.set_xlabel(metric, color=style.SOFT)
         handles, labels = axes[0].get_legend_handles_labels()
         unique = dict(zip(labels, handles, strict=True))
-        figure.legend(unique.values(), unique.keys(), loc="upper right", ncols=4, frameon=False, labelcolor=style.INK)
-        figure.tight_layout(rect=(0, 0, 1, 0.96))
+        figure.legend(unique.values(), unique.keys(), loc="upper left", ncols=4, frameon=False, labelcolor=style.INK)
+        figure.tight_layout(rect=(0, 0, 1, 0.96), w_pad=2.5)
         style.save(figure, data, target)
         plt.close(figure)
 
