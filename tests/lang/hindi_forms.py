@@ -10,6 +10,9 @@ from arramon_lang import load
 from arramon_lang.grammar import INSIDE, Lexeme
 from arramon_lang.writing.voice import MANNERS, Voice
 
+MOVABLE = ("car",)
+"""Kinds that can drive up: of these nothing says that they come."""
+
 NOUNS = {
     "ball": ["f गेंद|गेंद|गेंदें|गेंदों", "f बॉल|बॉल|बॉलें|बॉलों"],
     "hourglass": [

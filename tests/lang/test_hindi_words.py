@@ -4,7 +4,7 @@ import pytest
 
 from arramon_lang import load
 from arramon_lang.grammar import INSIDE
-from tests.lang.hindi_forms import COLOURS, FORMS, LOOKS, NOUNS, POSTPOSITIONS, WHICHES, nfc, nouns
+from tests.lang.hindi_forms import COLOURS, FORMS, LOOKS, MOVABLE, NOUNS, POSTPOSITIONS, WHICHES, nfc, nouns
 
 VERBS = {
     "go": [
@@ -107,7 +107,8 @@ def test_expected_forms_cover_every_word_of_the_grammar() -> None:
 @pytest.mark.parametrize("kind", NOUNS)
 def test_nouns_have_the_expected_forms(kind: str) -> None:
     for lexeme, gender, expected in nouns(kind):
-        assert dict(lexeme.given) == {"gender": {"m": "masculine", "f": "feminine"}[gender]}
+        given = {"gender": {"m": "masculine", "f": "feminine"}[gender]}
+        assert dict(lexeme.given) == given | ({"motion": "movable"} if kind in MOVABLE else {})
         forms = [lexeme.form({"number": n, "case": c, **dict(lexeme.given)}) or "" for n, c in FORMS]
         assert tuple(form.replace(INSIDE, "") for form in forms) == expected
 
