@@ -32,7 +32,7 @@ NEARNESS = (0.0, 1.0, 2.0, 3.2, 5.0, 7.5, 11.0, 16.0, 24.0)
 AGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 """Centres of the soft bins of ages, in moves."""
 
-_WHERE = SLOTS["type"].index("where")
+WHERE = SLOTS["type"].index("where")
 
 MASKED_LOGIT = -30.0
 """Logit of padding."""
@@ -202,7 +202,7 @@ class PolicyNetwork(nn.Module):
         for layer in self.layers[:-1]:
             tokens = layer(tokens, mask, batch.match)
         progress = self.progress(tokens[:, :ROWS])[:, :, 0]
-        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == _WHERE), MASKED_LOGIT)
+        progress = progress.masked_fill((batch.rows[:, :, 0] == 0) | (batch.rows[:, :, 0] == WHERE), MASKED_LOGIT)
         tokens = self.layers[-1](self._with_progress(tokens, progress.softmax(1), batch.match), mask, batch.match)
         return self._options(self.last(tokens), batch), progress
 

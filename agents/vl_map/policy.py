@@ -10,6 +10,7 @@ import numpy.typing as npt
 import torch
 
 from arramon_agents.mapping.probabilistic_landmark_memory import LandmarkBelief
+from arramon_agents.vl_map.ensemble import PolicyEnsemble
 from arramon_agents.vl_map.features import DIRECTIONS, PolicyInput, mirror
 from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes, batch_of
 from arramon_agents.vl_map.options import WAYPOINTS
@@ -31,18 +32,18 @@ class MapPolicy:
     """Policy that averages networks over an input and its mirror image.
 
     Args:
-        networks: trained networks, in evaluation mode; at least one.
+        networks: trained networks of one size, in evaluation mode; at least one. Their parameters are copied.
         mirrored: whether to use the mirror image too.
     """
 
     def __init__(self, networks: Sequence[PolicyNetwork], *, mirrored: bool = True) -> None:
-        self._networks, self._mirrored = networks, mirrored
+        self._ensemble, self._mirrored = PolicyEnsemble(networks), mirrored
 
     @torch.inference_mode()
     def option_values(self, sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the log probabilities of all options, (OPTIONS,), averaged over networks and mirror images."""
         batch = batch_of([sample, mirror(sample)] if self._mirrored else [sample])
-        found = torch.stack([network(batch).log_softmax(1) for network in self._networks]).mean(0)
+        found = self._ensemble(batch).log_softmax(2).mean(0)
         own = found[0]
         if self._mirrored:
             waypoints = found[1, :WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
