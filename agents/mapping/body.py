@@ -45,7 +45,7 @@ class AgentBody:
         self.landmarks = landmarks or LandmarkMemory(labels)
         self.closed_steps: frozenset[tuple[int, int, int]] = frozenset()
         self.taken: tuple[float, float] | None = None
-        self._scanner = FrameScanner(labels)
+        self._scanner = FrameScanner(labels, self.landmarks.used_labels)
         self._last: Action | None = None
         self._before: npt.NDArray[np.float32] | None = None
 

@@ -44,7 +44,12 @@ class LandmarkMemory:
 
     Args:
         labels: labels of the segmentation, by index.
+
+    Attributes:
+        used_labels: indices of the labels whose sightings are added; None for all.
     """
+
+    used_labels: frozenset[int] | None = None
 
     def __init__(self, labels: Sequence[Label]) -> None:
         self._labels = labels

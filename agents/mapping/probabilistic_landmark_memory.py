@@ -87,7 +87,7 @@ class _LandmarkScores:
 
     def add(self, named: DetectedThing, x: float, z: float, distance: float) -> None:
         """Add a view of the thing."""
-        weight = min(MAX_WEIGHT, float(named.thing.mask.sum()) / FULL_WEIGHT_PIXELS)  # Larger views count for more.
+        weight = min(MAX_WEIGHT, named.thing.pixels / FULL_WEIGHT_PIXELS)  # Larger views count for more.
         if self._is_summed or weight >= self._largest:
             chances = np.concatenate((named.kinds, named.colours, named.looks)).astype(np.float64)
             own = weight * np.log(chances + PROBABILITY_FLOOR)
@@ -123,12 +123,15 @@ class ProbabilisticLandmarkMemory(LandmarkMemory):
     def __init__(self, labels: Sequence[Label], *, sums: bool = True) -> None:
         super().__init__(labels)
         self._is_summed = sums
-        self._flat = {number for number, label in enumerate(labels) if label.kind in ("building", "zebra_crossing")}
+        self.used_labels = frozenset(
+            number for number, label in enumerate(labels) if label.kind in ("building", "zebra_crossing")
+        )
         self._places: list[_LandmarkScores] = []
 
     def add(self, sightings: Iterable[Sighting]) -> None:
         """Add a frame's buildings and crossings; things are added by `add_things`."""
-        super().add(sighting for sighting in sightings if sighting.label in self._flat)
+        assert self.used_labels is not None
+        super().add(sighting for sighting in sightings if sighting.label in self.used_labels)
 
     def add_things(self, things: Iterable[DetectedThing], pose: tuple[float, float, float]) -> None:
         """Add a frame's things.
@@ -140,7 +143,7 @@ class ProbabilisticLandmarkMemory(LandmarkMemory):
         x, z, heading = pose
         sin, cos = math.sin(heading), math.cos(heading)
         for named in things:
-            if not _NAMED[int(named.kinds.argmax())]:
+            if not _NAMED[named.kind]:
                 continue
             right, ahead = named.thing.right, named.thing.ahead
             self._add(named, x + right * cos + ahead * sin, z - right * sin + ahead * cos, math.hypot(right, ahead))
@@ -166,9 +169,11 @@ class ProbabilisticLandmarkMemory(LandmarkMemory):
         self._places = [place for place in self._places if place.mark.label.kind not in COLLECTIBLES]
 
     def _add(self, named: DetectedThing, x: float, z: float, distance: float) -> None:
-        kind = KINDS[int(named.kinds.argmax())]
+        kind = KINDS[named.kind]
         for place in self._places:
             mark = place.mark
+            if abs(mark.x - x) >= LARGE_SAME_DISTANCE:  # Most are; the rest takes longer.
+                continue
             apart = LARGE_SAME_DISTANCE if kind in LARGE and mark.label.kind == kind else SAME_DISTANCE
             is_like = (kind in COLLECTIBLES) == (mark.label.kind in COLLECTIBLES)
             if is_like and math.hypot(mark.x - x, mark.z - z) < apart:

@@ -4,7 +4,7 @@ In its own frame, the agent starts at (0, 0) facing +z; x is to the right; both 
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -74,9 +74,11 @@ class FrameScanner:
 
     Args:
         labels: labels of the segmentation, by index.
+        landmark_labels: indices of the labels of which there are sightings; None for all.
     """
 
     labels: Sequence[Label]
+    landmark_labels: Collection[int] | None = None
     solid: npt.NDArray[np.bool_] = field(init=False)
     building: npt.NDArray[np.bool_] = field(init=False)
     thing: npt.NDArray[np.bool_] = field(init=False)
@@ -86,6 +88,8 @@ class FrameScanner:
         self.solid = np.array([kind not in (*GROUND, *COLLECTIBLES, *NOT_SOLID) for kind in kinds])
         self.building = np.array([kind == "building" for kind in kinds])
         self.thing = np.array([kind not in (*GROUND, "building", "wall") for kind in kinds])
+        if self.landmark_labels is not None:
+            self.thing &= np.isin(np.arange(len(kinds)), list(self.landmark_labels))
 
     def scan(self, depth: Floats, segmentation: npt.NDArray[np.uint16], pose: tuple[float, float, float]) -> Scan:
         """Return a frame's obstacles and free ground.

@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
-from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts
+from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts, number_parts
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_client.world import EYE_HEIGHT
 
@@ -65,11 +65,15 @@ class FrameThing:
     low: float
     high: float
 
+    @cached_property
+    def pixels(self) -> int:
+        """Number of its pixels."""
+        return int(self.mask.sum())
+
     @property
     def measures(self) -> tuple[float, float, float, float, float]:
         """Nearness, width, heights of lower and upper end, and logarithm of the number of pixels, scaled to about 1."""
-        pixels = math.log(float(self.mask.sum())) / 8.0
-        return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, pixels
+        return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, math.log(self.pixels) / 8.0
 
 
 def find_things(depth: Floats) -> list[FrameThing]:
@@ -83,7 +87,8 @@ def find_things(depth: Floats) -> list[FrameThing]:
     walls, marked = np.empty(size, np.float32), np.empty((size, size), np.bool_)
     find_walls(depth, down, EYE_HEIGHT, WALL_TOP, WALL_BOTTOM, WALL_WIDTH, walls)
     mark_solid(depth, walls, down, EYE_HEIGHT, MIN_HEIGHT, MAX_HEIGHT, MAX_DISTANCE_AHEAD, JUMP, RELATIVE_JUMP, marked)
-    numbers, count = ndimage.label(marked)
+    numbers = np.empty((size, size), np.int32)
+    count = number_parts(marked, numbers)
     boxes, pixels = np.empty((count, 4), np.int64), np.zeros(count, np.int64)
     spans = np.empty((count, 4), np.float32)
     measure_parts(numbers, depth, right, EYE_HEIGHT, boxes, pixels, spans)

@@ -1,6 +1,7 @@
 """Things detected in frames, with the attribute probabilities that the naming network predicts."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,11 @@ class DetectedThing:
     kinds: Floats
     colours: Floats
     looks: Floats
+
+    @cached_property
+    def kind(self) -> int:
+        """The most likely kind, an index of `vocabulary.KINDS`."""
+        return int(self.kinds.argmax())
 
 
 def find_and_name_things(

@@ -16,8 +16,8 @@ from arramon_agents.perception.eyes.network import (
     EyesNetwork,
     EyesSizes,
     Probabilities,
-    fold_normalisation,
     prepare,
+    prepare_for_inference,
     probabilities,
 )
 from arramon_agents.weights import read_weights_file, write_weights_file
@@ -113,6 +113,6 @@ def load(source: Path | None = None) -> Eyes:
     for prefix, network in networks:
         file.fill(network, prefix)
         network.requires_grad_(requires_grad=False)
-        fold_normalisation(network)
+        prepare_for_inference(network)
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")

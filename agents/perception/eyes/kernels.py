@@ -184,6 +184,109 @@ def mark_solid(
 
 
 @_compiled
+def _first_number(parents: npt.NDArray[np.int32], number: int) -> int:
+    """Return the first provisional number of a part; arguments as in `number_parts`."""
+    while parents[number] != number:
+        number = parents[number]
+    return number
+
+
+@_compiled
+def _renumber(parents: npt.NDArray[np.int32], provisional: int) -> int:
+    """Replace the parents by the final numbers of parts, and return how many there are; as in `number_parts`."""
+    count = 0
+    for number in range(1, provisional + 1):
+        if parents[number] == number:
+            count += 1
+            parents[number] = count
+        else:
+            parents[number] = parents[parents[number]]
+    return count
+
+
+@_compiled
+def number_parts(marked: npt.NDArray[np.bool_], out: npt.NDArray[np.int32]) -> int:
+    """Number the connected parts of marked pixels in the order of their first pixels, and return how many there are.
+
+    Pixels are connected to those above, below, left and right of them.
+
+    Args:
+        marked: (rows, columns).
+        out: (rows, columns) written: number of the part that each pixel belongs to, from 1; 0 for none.
+    """
+    rows, columns = marked.shape
+    parents = np.zeros(rows * columns // 2 + 2, np.int32)  # Provisional numbers, each with an earlier one of its part.
+    provisional = 0
+    for i in range(rows):
+        for j in range(columns):
+            if not marked[i, j]:
+                out[i, j] = 0
+                continue
+            above, left = 0, 0
+            if i > 0:
+                above = out[i - 1, j]
+            if j > 0:
+                left = out[i, j - 1]
+            if above == 0 and left == 0:
+                provisional += 1
+                parents[provisional] = provisional
+                out[i, j] = provisional
+            elif above == 0 or left == 0 or above == left:
+                out[i, j] = max(above, left)
+            else:
+                above, left = _first_number(parents, above), _first_number(parents, left)
+                first = min(above, left)
+                parents[above] = parents[left] = first
+                out[i, j] = first
+    count = _renumber(parents, provisional)
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = parents[out[i, j]]
+    return count
+
+
+@_compiled
+def label_surfaces(
+    rgb: npt.NDArray[np.uint8],
+    depth: Floats,
+    upright: npt.NDArray[np.int64],
+    flat: npt.NDArray[np.int64],
+    down: Floats,
+    eye: float,
+    lowest: float,
+    crossing: int,
+    road: int,
+    brightness: int,
+    out: npt.NDArray[np.uint16],
+) -> None:
+    """Compute the label of each pixel from the labels of its block: one for upright surfaces, one for the ground.
+
+    Args:
+        rgb: (size, size, 3).
+        depth: (size, size) units, 0 where there is nothing.
+        upright, flat: (blocks, blocks) labels of upright surfaces, and of the ground and the sky.
+        down: (size,) how far the rays of each row go down, per unit ahead.
+        eye: height of the camera, in units.
+        lowest: height above the ground above which a pixel is upright, in units.
+        crossing, road: labels of zebra crossings and of roads.
+        brightness: minimum of red, green and blue of a crossing's stripes; other pixels of a crossing are road.
+        out: (size, size), written.
+    """
+    size = depth.shape[0]
+    side = size // flat.shape[0]
+    camera, threshold = np.float32(eye), np.float32(lowest)
+    for i in range(size):
+        for j in range(size):
+            z = depth[i, j]
+            label = flat[i // side, j // side]
+            if z > 0.0 and camera - down[i] * z > threshold:
+                label = upright[i // side, j // side]
+            if label == crossing and min(rgb[i, j, 0], rgb[i, j, 1], rgb[i, j, 2]) < brightness:
+                label = road
+            out[i, j] = label
+
+
+@_compiled
 def measure_parts(
     numbers: npt.NDArray[np.int32],
     depth: Floats,

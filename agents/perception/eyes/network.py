@@ -122,12 +122,14 @@ class _Bottleneck(nn.Module):
         self.third = nn.Sequential(nn.Conv2d(channels // 2, channels, 1, bias=False), nn.BatchNorm2d(channels))
 
     def forward(self, x: Tensor) -> Tensor:
-        return functional.relu(x + self.third(self.second(self.first(x))))
+        return functional.relu(x + self.third(self.second(self.first(x))), inplace=True)
 
 
-def fold_normalisation(network: nn.Module) -> None:
-    """Fold batch normalisation of a trained network in evaluation mode into the weights of its convolutions."""
+def prepare_for_inference(network: nn.Module) -> None:
+    """Fold batch normalisation of a trained network into its convolutions, and apply ReLU in place."""
     for child in network.modules():
+        if isinstance(child, nn.ReLU):
+            child.inplace = True
         if isinstance(child, nn.Sequential):
             for place in range(len(child) - 1):
                 convolution, norm = child[place], child[place + 1]

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.encoder import BATCH, Eyes
+from arramon_agents.perception.eyes.kernels import label_surfaces
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.vocabulary import COLOURED, COLOURS, KINDS, LOOK_GROUPS, SURFACES, look_slices
 from arramon_client.agent import Label
@@ -91,14 +92,13 @@ def _labels(
     """Return the label of each pixel of a frame, from block probabilities and detected things."""
     flat = kinds[_FLAT_KINDS].argmax(0)
     upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
-    side = len(depth) // len(flat)
-    height = EYE_HEIGHT - rays(len(depth))[:, None] * depth
-    is_upright = (depth > 0.0) & (height > MIN_UPRIGHT_HEIGHT)
-    labels = np.where(is_upright, _pixels(upright, side), _pixels(flat, side))
-    crossing = labels == _CROSSING
-    labels[crossing] = np.where((rgb[crossing] < MIN_STRIPE_BRIGHTNESS).any(1), _ROAD, _CROSSING)
+    labels = np.empty(depth.shape, np.uint16)
+    label_surfaces(
+        rgb, depth, upright, flat, rays(len(depth)), EYE_HEIGHT, MIN_UPRIGHT_HEIGHT, _CROSSING, _ROAD,
+        MIN_STRIPE_BRIGHTNESS, labels,
+    )  # fmt: skip
     for named in things:
-        kind = int(named.kinds.argmax())
+        kind = named.kind
         if kind >= len(SURFACES):
             labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
     return labels
@@ -119,11 +119,7 @@ def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> n
     chances = kinds[_KIND["building"]][EYE_LEVEL_BLOCKS] * looks[_SLICES["facade"]][:, EYE_LEVEL_BLOCKS]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
     houses = np.where(mean.max(0) > MIN_FACADE_PROBABILITY, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
-    return np.broadcast_to(houses, kinds.shape[1:])
-
-
-def _pixels(blocks: npt.NDArray[np.int64], side: int) -> npt.NDArray[np.uint16]:
-    return np.repeat(np.repeat(blocks.astype(np.uint16), side, 0), side, 1)
+    return np.repeat(houses[None], kinds.shape[1], 0)
 
 
 def label_of(

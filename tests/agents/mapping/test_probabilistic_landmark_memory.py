@@ -1,10 +1,12 @@
 """Memories of landmarks and of the room with attribute probabilities."""
 
+import numpy as np
 import pytest
 
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
+from arramon_agents.perception.scan import FrameScanner
 from arramon_lang.cell_grading import RoomObject
 from arramon_lang.meaning import Thing
 from tests.agents.perception.eyes.test_grid import named
@@ -55,3 +57,15 @@ def test_the_rooms_things_stand_in_cells() -> None:
         RoomObject("mug", "blue", "striped", 2, 2),
         RoomObject("mug", "blue", "striped", 3, 0),
     )
+
+
+def test_sightings_that_the_memory_ignores_are_not_computed() -> None:
+    memory, random = ProbabilisticLandmarkMemory(LABELS), np.random.default_rng(4)
+    depth = random.uniform(1.0, 9.0, (112, 112)).astype(np.float32)
+    segmentation = random.integers(len(LABELS), size=(112, 112)).astype(np.uint16)
+    pose = (1.0, -2.0, 0.4)
+    every = FrameScanner(LABELS).sightings(depth, segmentation, pose)
+    assert memory.used_labels is not None
+    used = [seen for seen in every if seen.label in memory.used_labels]
+    assert FrameScanner(LABELS, memory.used_labels).sightings(depth, segmentation, pose) == used
+    assert 0 < len(used) < len(every)
