@@ -26,6 +26,7 @@ class Agent(MapAgent):
 
     name = "seeing_follower"
     sensors = ("rgb", "depth")
+    uses_processes = True
 
     def __init__(
         self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None, *, estimate_heading: bool = True

@@ -36,6 +36,7 @@ class SeeingAgent(MapAgent):
 
     name = NAME
     sensors = ("rgb", "depth")
+    uses_processes = True
 
     def __init__(
         self,

@@ -8,6 +8,7 @@ import pytest
 from arramon.v1 import evaluation_pb2 as pb
 from arramon_client import AgentStoppedError, Episode, Observation, Settings, connect
 from arramon_client.multi_stream import play_streams
+from arramon_client.plugin.agent_process import agent_processes
 from tests import tiny
 from tests.api.player import create
 from tests.serving import METADATA, Server
@@ -59,3 +60,33 @@ def test_all_streams_stop_if_the_agent_fails_repeatedly(server: Server) -> None:
     assert player.open == set()
     assert outcome.run.causes["AGENT_FINISHED"] >= 6
     assert set(outcome.run.causes) <= {"AGENT_FINISHED", "FORFEITED"}
+
+
+COPIED = """
+import os
+from arramon_client.agent import Answer
+from tests import tiny
+
+class Agent:
+    def begin(self, episode):
+        pass
+
+    def act(self, observations):
+        return [Answer(tiny.ACTIONS[each.step], str(os.getpid())) for each in observations]
+"""
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_copies_of_an_agent_play_at_the_same_time(tmp_path: Path, workers: int) -> None:
+    tiny.write(tmp_path / "data", count=8)
+    file = tmp_path / "copied_player.py"
+    file.write_text(COPIED)
+    server = Server(tmp_path / "data", f"unix:{tmp_path}/s", "--workers", str(workers))
+    with connect(server.address) as connected, agent_processes(2, Player(0), str(file), {}) as copies:
+        run = create(connected.stub)
+        outcome = play_streams(connected, run, Player(0), Settings(parallel=4), copies=copies)
+        assert outcome.run.causes == {"AGENT_FINISHED": 8}
+        assert {tuple(map(int, taken)) for taken in outcome.actions.values()} == {tuple(map(int, tiny.ACTIONS))}
+        listed = connected.stub.ListNotes(pb.ListNotesRequest(run_id=run.run_id), metadata=METADATA)
+        assert len({note.text for note in listed.notes}) == 2  # Both processes have played.
+    assert server.stop() == 0

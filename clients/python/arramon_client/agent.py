@@ -142,6 +142,9 @@ class Agent(Protocol):
     Two more things that any agent may have: an attribute `recorded_arguments`, a mapping from names to texts that the
     run records as the agent's arguments in place of those typed; and a method `run_report()`, which returns a mapping
     that the results file keeps under `agent_report`, such as calls and tokens.
+
+    An agent that computes on one core may have a true attribute `uses_processes`: `arramon-client` then plays with a
+    copy of it for each core, in processes of their own. Each copy plays some of the episodes.
     """
 
     def begin(self, episode: Episode) -> None:

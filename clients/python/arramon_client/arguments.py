@@ -63,6 +63,13 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="argument for the agent's constructor, e.g. beam=4; repeatable. Published with the run",
     )
+    add(
+        "--agent-processes",
+        type=positive,
+        metavar="N",
+        help="copies of the agent, in processes of their own (default: one for each core if the agent asks for it, as "
+        "agents.vl_map does; otherwise the agent runs in the client's process)",
+    )
     add("--code-url", default="", metavar="URL", help="address of the agent's code. Published with the run")
     add("--code-commit", default="", metavar="ID", help="full id of the code's commit, with --code-url")
     add("--code-image", default="", metavar="DIGEST", help="digest of the agent's container image: sha256:...")

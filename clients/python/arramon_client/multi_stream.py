@@ -2,12 +2,12 @@
 
 import asyncio
 import threading
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from itertools import cycle
+from itertools import cycle, islice
 from typing import Any, cast
 
 import grpc
@@ -39,6 +39,7 @@ def play_streams(
     progress: Callable[[Progress], None] = lambda _: None,
     revive: Callable[[], None] = lambda: None,
     recording: Recording | None = None,
+    copies: Sequence[Agent] = (),
 ) -> Outcome:
     """Play a run to its end, over one stream to each server process that has an address of its own.
 
@@ -49,6 +50,8 @@ def play_streams(
     Args:
         server: the connected server.
         run, agent, settings, notify, progress, revive, recording: as for `play`.
+        copies: copies of the agent that can be called at the same time, and are called in its place: there is at least
+            one stream for each.
 
     Raises:
         ArramonClientError: the error of the first stream that failed; the others are closed.
@@ -67,7 +70,10 @@ def play_streams(
             ),
             notify,
         )
-    addresses = own_addresses(server)[: settings.parallel]
+    addresses = own_addresses(server)
+    if len(addresses) < len(copies):
+        addresses = [*islice(cycle(addresses or [server.address]), len(copies))]
+    addresses = addresses[: settings.parallel]
     if len(addresses) < 2:
         return play(
             server.stub,
@@ -81,6 +87,7 @@ def play_streams(
             recording=recording,
         )
     shared, progress_sum = SharedAgent(cast(Agent, agent)), _ProgressSum(progress)
+    agents = cycle([shared.copy(copy) for copy in copies] or [shared])
     failure_counter = FailureCounter(keep_going=settings.keep_going)
     over = threading.Event()
 
@@ -100,7 +107,7 @@ def play_streams(
                     play,
                     stub,
                     run,
-                    StreamAgent(shared),
+                    StreamAgent(next(agents)),
                     own,
                     address=address,
                     notify=notify_until_over,

@@ -20,6 +20,7 @@ from arramon_client.language_gap import gap_table, gaps
 from arramon_client.local.embedded import EmbeddedServer
 from arramon_client.local.embedded_play import embedded_for_play
 from arramon_client.output import console, print_json
+from arramon_client.plugin.agent_process import agent_processes, choose_processes
 from arramon_client.plugin.arguments import parse_value
 from arramon_client.plugin.async_calls import is_async
 from arramon_client.plugin.loader import load_agent
@@ -94,10 +95,13 @@ class PlayCommand:
         agent = load_agent(options.agent, {name: parse_value(typed) for name, typed in options.agent_arguments.items()})
         if not is_async(agent) and (options.retries is not None or options.on_failure is not None):
             raise UsageError("--retries and --on-failure apply to an agent whose act is `async`, for one observation")
+        processes = self._processes(agent)
         results.check_output(self.output)
         if options.record is not None:
             results.check_output(options.record, "the recording")
         with ExitStack() as stack:
+            typed = {name: parse_value(text) for name, text in options.agent_arguments.items()}
+            copies = stack.enter_context(agent_processes(processes, agent, options.agent, typed))
             revive: Callable[[], None] = lambda: None  # noqa: E731 - replaced if a server is embedded
             address, access, unreachable = options.server, Access(), raise_unreachable
             if address is None:
@@ -108,7 +112,7 @@ class PlayCommand:
                 if options.resume:  # The run's server may be restarting.
                     unreachable = Retry(",".join(options.resume), PATIENCE, self.say).wait_for
             server = stack.enter_context(connect(address, access, unreachable=unreachable))
-            status = self._play_all(server, agent, revive)
+            status = self._play_all(server, agent, copies, revive)
         if len(self.finished) > 1 and not options.json:
             console(results.TABLE_WIDTH).print(gap_table([each.report for each in self.finished]))
         if options.dry_run:
@@ -117,13 +121,35 @@ class PlayCommand:
             self.say(f"this was a dry run: {verdict}. Run the same command without --dry-run for the real run")
         return status
 
-    def _play_all(self, server: Server, agent: Agent, revive: Callable[[], None]) -> int:
+    def _processes(self, agent: Agent) -> int:
+        """Return the number of processes for the agent.
+
+        Raises:
+            UsageError: if the agent cannot be copied, and several are requested.
+        """
+        options = self.options
+        methods = [name for name in ("run_report", "run_summary") if callable(getattr(agent, name, None))]
+        if is_async(agent) or methods:
+            if (options.agent_processes or 1) > 1:
+                why = (
+                    f"reports on the whole run ({methods[0]})"
+                    if methods
+                    else "waits, and plays episodes at once anyway"
+                )
+                raise UsageError(f"--agent-processes is {options.agent_processes}, but this agent {why}")
+            return 1
+        episodes = dry_run.EPISODES if options.dry_run else (options.episodes or len(options.episode) or None)
+        parallel = options.parallel or run_settings.DEFAULT_PARALLEL
+        return choose_processes(agent, options.agent_processes, parallel, episodes)
+
+    def _play_all(self, server: Server, agent: Agent, copies: Sequence[Agent], revive: Callable[[], None]) -> int:
         """Play one run after the other; return the worst of their exit statuses."""
         resumed = [self._resumed(server, run_id) for run_id in self.options.resume]
         languages = self._languages(server, resumed)
         self.expected = len(languages)
         singles = [
-            SingleRun(self.options, language, server, agent, self.output, self.say, revive) for language in languages
+            SingleRun(self.options, language, server, agent, copies, self.output, self.say, revive)
+            for language in languages
         ]
         before = {run.language: run for run in resumed}
         for single in singles:  # Check all runs before playing the first.

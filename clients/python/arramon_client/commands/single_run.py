@@ -4,7 +4,7 @@ import argparse
 import shlex
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,6 +71,7 @@ class SingleRun:
         language: language of the instructions.
         server: the connected server.
         agent: the agent.
+        copies: copies of the agent that can be called at the same time, or none.
         output: the folder for results.
         say: prints a line for the participant.
         revive: called before each attempt to reconnect.
@@ -80,6 +81,7 @@ class SingleRun:
     language: str
     server: Server
     agent: Agent
+    copies: Sequence[Agent]
     output: Path
     say: Callable[[str], None]
     revive: Callable[[], None]
@@ -230,6 +232,7 @@ class SingleRun:
                     progress=progress,
                     revive=self.revive,
                     recording=recording,
+                    copies=self.copies,
                 )
             finally:
                 self._say_summary()

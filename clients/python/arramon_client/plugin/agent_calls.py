@@ -20,6 +20,10 @@ OPTIONAL = {"end": ("episode_id",), "replay": ("observation", "action")}
 """Parameters of the optional methods that are called while episodes are played."""
 
 
+class ReportedAgentError(AgentError):
+    """A failure of an agent in another process, where these calls have described it."""
+
+
 def begin(agent: Agent, episode: Episode) -> None:
     """Call the agent's `begin`.
 
@@ -28,7 +32,7 @@ def begin(agent: Agent, episode: Episode) -> None:
     """
     try:
         agent.begin(episode)
-    except StopRun:
+    except (ReportedAgentError, StopRun):
         raise
     except (Exception, SystemExit) as error:
         raise AgentError(f"begin() raised {named(error)}", own_frames(error)) from error
@@ -44,7 +48,7 @@ def act(agent: Agent, observations: Sequence[Observation]) -> list[Answer]:
     """
     try:
         answer: object = agent.act(observations)
-    except (EpisodesTakenOver, StopRun):
+    except (EpisodesTakenOver, ReportedAgentError, StopRun):
         raise
     except (Exception, SystemExit) as error:
         raise AgentError(f"act() raised {named(error)}", own_frames(error)) from error
@@ -65,7 +69,7 @@ def replay(agent: Agent, observation: Observation) -> None:
     """
     try:
         agent.replay(observation, observation.taken)  # type: ignore[attr-defined]  # see `can_replay`
-    except (EpisodesTakenOver, StopRun):
+    except (EpisodesTakenOver, ReportedAgentError, StopRun):
         raise
     except (Exception, SystemExit) as error:
         raise AgentError(f"replay() raised {named(error)}", own_frames(error)) from error
@@ -79,6 +83,8 @@ def end(agent: Agent, episode_id: str) -> None:
     """
     try:
         end_episode(agent, episode_id)
+    except ReportedAgentError:
+        raise
     except (Exception, SystemExit) as error:
         raise AgentError(f"end() raised {named(error)}", own_frames(error)) from error
 

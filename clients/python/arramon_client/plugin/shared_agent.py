@@ -1,4 +1,4 @@
-"""An agent shared by several streams of a run: one call at a time, and each episode on one stream."""
+"""An agent shared by several streams of a run, or copies of it: one call at a time, and each episode on one stream."""
 
 import threading
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ class EpisodesTakenOver(Exception):
 
 
 class SharedAgent:
-    """An agent, and the stream that plays each of its open episodes: the last one that began the episode.
+    """An agent, and the stream that plays each open episode: the last one that began the episode.
 
     Args:
         agent: the agent; it is called by one thread at a time.
@@ -29,6 +29,12 @@ class SharedAgent:
         self.agent = agent
         self.lock = threading.Lock()
         self.streams: dict[str, StreamAgent] = {}
+
+    def copy(self, agent: Agent) -> "SharedAgent":
+        """Return a copy of the agent for some of the streams, which is called at the same time as the others."""
+        made = SharedAgent(agent)
+        made.streams = self.streams
+        return made
 
 
 class StreamAgent:
