@@ -1,14 +1,18 @@
 """Playing speed of agents: steps per second of clients that play at the same time.
 
-    python -m benchmarks.agents.duration [--data DIR] [--split S] [--agents A,B] [--episodes N] [--parallel K]
+    python -m benchmarks.agents.duration [--data DIR] [--split S] [--agents A,B] [--languages en] [--episodes N]
+        [--parallel K] [--client PATH]
 
 Each agent plays the first N episodes in each language at once, by a client and an embedded server of its own, as users
-run it. Prints its steps a second, those of all its clients together, the ratio to the first agent, and how many minutes
-1,155 episodes (the size of the paper's hidden split) take at that rate without the start. The machine should be idle.
+run it. Prints its steps a second, those of all its clients together, the ratio to the first agent, how many minutes
+1,155 episodes (the size of the paper's hidden split) take at that rate without the start, and the CPU time of clients
+and servers, with their start. The machine should be idle; CPU time can be compared on a busy machine, too, with that of
+another version, whose client `--client` names.
 """
 
 import argparse
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -33,32 +37,44 @@ def main() -> None:
     parser.add_argument("--agents", default="follower,vl,vl_map", help="the first one is the baseline")
     parser.add_argument("--episodes", type=int, default=69, help="of each client")
     parser.add_argument("--parallel", type=int, default=8)
+    parser.add_argument("--languages", default=",".join(LANGUAGES), help="one client for each")
+    parser.add_argument("--client", type=Path, default=Path(sys.executable).with_name("arramon-client"))
     given = parser.parse_args()
+    languages = given.languages.split(",")
     rows, baseline = [], 0.0
     for agent in given.agents.split(","):
-        seconds, steps, start = play(agent, given)
+        before = cpu_seconds()
+        seconds, steps, start = play(agent, languages, given)
+        cpu = (cpu_seconds() - before) / (len(languages) * given.episodes)
         rate = steps / seconds
         baseline = baseline or rate
-        minutes = HIDDEN_SPLIT_EPISODES / (len(LANGUAGES) * given.episodes) * seconds / 60
-        rows.append((f"`{agent}`", f"{rate:.0f}", f"{rate / baseline:.2f}", f"{start:.0f}", f"{minutes:.1f}"))
-    print(markdown_table(("agent", "steps/s", "ratio", "start, s", "minutes for 1,155"), rows))
+        minutes = HIDDEN_SPLIT_EPISODES / (len(languages) * given.episodes) * seconds / 60
+        rows.append(
+            (f"`{agent}`", f"{rate:.0f}", f"{rate / baseline:.2f}", f"{start:.0f}", f"{minutes:.1f}", f"{cpu:.2f}")
+        )
+    print(markdown_table(("agent", "steps/s", "ratio", "start, s", "minutes for 1,155", "CPU s per episode"), rows))
 
 
-def play(agent: str, given: argparse.Namespace) -> tuple[float, int, float]:
+def cpu_seconds() -> float:
+    """Return the CPU time of all child processes that have ended, and of theirs, in seconds."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def play(agent: str, languages: list[str], given: argparse.Namespace) -> tuple[float, int, float]:
     """Return the seconds of the slowest client without its start, the steps of all, and the seconds of the start."""
-    client = str(Path(sys.executable).with_name("arramon-client"))
     with tempfile.TemporaryDirectory() as folder:
         began = time.monotonic()
         clients = [
             subprocess.Popen(
                 [
-                    client, "--agent", f"agents.{agent}", "--lang", language, "--split", given.split,
+                    str(given.client), "--agent", f"agents.{agent}", "--lang", language, "--split", given.split,
                     "--data", str(given.data), "--episodes", str(given.episodes), "--parallel", str(given.parallel),
                     "--output", f"{folder}/{language}", "--quiet",
                 ],
                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             )
-            for language in LANGUAGES
+            for language in languages
         ]  # fmt: skip
         said = [each.communicate()[1] for each in clients]
         whole = time.monotonic() - began
