@@ -2,7 +2,7 @@
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -25,13 +25,18 @@ class FrameCache(Generic[Found]):
         self._look, self._frames = look, frames
         self._known: OrderedDict[bytes, Found] = OrderedDict()
 
-    def find(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[Found]:
-        """Return the result of each frame of a batch. Equal frames share one result, which must not be changed."""
+    def find(self, rgb: Sequence[npt.NDArray[np.uint8]], depth: Sequence[npt.NDArray[np.float32]]) -> list[Found]:
+        """Return the result of each frame. Equal frames share one result, which must not be changed.
+
+        Args:
+            rgb: frames, or a batch of them.
+            depth: the same for depth.
+        """
         marks = [_mark(*images) for images in zip(rgb, depth, strict=True)]
         new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
         if new:
-            chosen = list(new.values())
-            self._known.update(zip(new, self._look(rgb[chosen], depth[chosen]), strict=True))
+            chosen = [np.stack([images[number] for number in new.values()]) for images in (rgb, depth)]
+            self._known.update(zip(new, self._look(*chosen), strict=True))
         found = [self._known[mark] for mark in marks]
         for mark in marks:
             self._known.move_to_end(mark)

@@ -36,12 +36,11 @@ class EyesPerception:
             ValueError: if an observation lacks RGB or depth.
         """
         images = [_images(observation, self._size) for observation in observations]
-        sights = self._frames.find(*(np.stack(part) for part in zip(*images, strict=True)))
-        percepts = []
-        for observation, sight in zip(observations, sights, strict=True):
-            _, depth = _images(observation, len(sight.labels))
-            percepts.append(Percept(replace(observation, depth=depth, segmentation=sight.labels), sight.things))
-        return percepts
+        sights = self._frames.find([rgb for rgb, _ in images], [depth for _, depth in images])
+        return [
+            Percept(replace(observation, depth=depth, segmentation=sight.labels), sight.things)
+            for observation, sight, (_, depth) in zip(observations, sights, images, strict=True)
+        ]
 
 
 def _images(observation: Observation, size: int) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:

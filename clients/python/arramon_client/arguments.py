@@ -104,7 +104,12 @@ def parser() -> argparse.ArgumentParser:
         metavar="ID",
         help="play this episode; repeatable (open splits only)",
     )
-    add("--parallel", type=positive, metavar="K", help="episodes played in parallel (default: 8)")
+    add(
+        "--parallel",
+        type=positive,
+        metavar="K",
+        help="episodes played in parallel (default: 8 for each copy of the agent)",
+    )
     listed = ",".join(SENSORS)
     add("--sensors", type=_sensors, metavar="LIST", help=f"comma-separated: {listed}; or none (default: the agent's)")
     add("--image-size", type=positive, metavar="N", help="side length of the images in pixels (default: the server's)")

@@ -138,16 +138,17 @@ def choose_image_size(info: evaluation_pb2.ServerInfo, requested: int | None) ->
     return requested or 0
 
 
-def choose_parallel(info: evaluation_pb2.ServerInfo, requested: int | None) -> int:
-    """Return the number of episodes to play in parallel.
+def choose_parallel(info: evaluation_pb2.ServerInfo, requested: int | None, copies: int = 1) -> int:
+    """Return the number of episodes to play in parallel, by all copies of the agent together.
 
     Raises:
         UsageError: if the requested number exceeds the server's limit.
     """
-    limit = info.max_episodes_per_stream or (requested or DEFAULT_PARALLEL)
+    default = DEFAULT_PARALLEL * copies
+    limit = info.max_episodes_per_stream or (requested or default)
     if requested is not None and requested > limit:
         raise UsageError(f"--parallel is {requested}, but the server allows at most {limit} parallel episodes")
-    return requested or min(DEFAULT_PARALLEL, limit)
+    return requested or min(default, limit)
 
 
 def _listed(names: Iterable[object]) -> str:

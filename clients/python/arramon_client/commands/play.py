@@ -139,8 +139,7 @@ class PlayCommand:
                 raise UsageError(f"--agent-processes is {options.agent_processes}, but this agent {why}")
             return 1
         episodes = dry_run.EPISODES if options.dry_run else (options.episodes or len(options.episode) or None)
-        parallel = options.parallel or run_settings.DEFAULT_PARALLEL
-        return choose_processes(agent, options.agent_processes, parallel, episodes)
+        return choose_processes(agent, options.agent_processes, options.parallel, episodes)
 
     def _play_all(self, server: Server, agent: Agent, copies: Sequence[Agent], revive: Callable[[], None]) -> int:
         """Play one run after the other; return the worst of their exit statuses."""

@@ -202,7 +202,7 @@ class SingleRun:
         options, info = self.options, self.server.info
         encoding = run_settings.choose_encoding(info, options.encoding, self.server.address)
         return Settings(
-            parallel=run_settings.choose_parallel(info, options.parallel),
+            parallel=run_settings.choose_parallel(info, options.parallel, max(1, len(self.copies))),
             encoding=encoding,
             jpeg_quality=run_settings.choose_jpeg_quality(encoding, options.quality),
             image_size=run_settings.choose_image_size(info, options.image_size),

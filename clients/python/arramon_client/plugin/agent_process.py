@@ -26,8 +26,9 @@ from arramon_client.plugin.loader import load_agent
 MEMORY = 1 << 25
 """Bytes of memory shared with each process, for the images of one batch; images beyond are sent through the pipe."""
 
-MIN_EPISODES = 4
-"""Number of parallel episodes for each process, below which a further process is not worth its start."""
+MIN_EPISODES, MAX_PROCESSES = 4, 8
+"""Number of parallel episodes for each process, below which a further process is not worth its start; maximum number of
+processes by default."""
 
 ALIGNMENT = 64
 """Alignment of images in the shared memory, in bytes."""
@@ -62,21 +63,21 @@ class _Failure(NamedTuple):
     details: str
 
 
-def choose_processes(agent: object, requested: int | None, parallel: int, episodes: int | None) -> int:
+def choose_processes(agent: object, requested: int | None, parallel: int | None, episodes: int | None) -> int:
     """Return the number of processes for an agent; 1 for the client's own process alone.
 
     Args:
         agent: the agent.
         requested: requested number; None for one per core if the agent has a true attribute `uses_processes`, but not
             more than there is work for.
-        parallel: number of episodes to play in parallel.
+        parallel: requested number of episodes to play in parallel; None for the default of each process.
         episodes: number of episodes to play; None if unknown.
     """
+    at_once = min(each for each in (parallel, episodes, MAX_PROCESSES * MIN_EPISODES) if each is not None)
     if requested is not None:
-        return min(requested, parallel)
+        return requested if parallel is None else min(requested, parallel)
     if not getattr(agent, "uses_processes", False):
         return 1
-    at_once = parallel if episodes is None else min(parallel, episodes)
     return max(1, min(_cores(), at_once // MIN_EPISODES))
 
 
