@@ -16,8 +16,8 @@ def test_clients_in_both_languages_are_timed(
     tiny.write(tmp_path, "val_seen", 2)
     found, play = [], duration.play
 
-    def play_and_keep(agent: str, given: Namespace) -> tuple[float, int, float]:
-        found.append(play(agent, given))
+    def play_and_keep(agent: str, languages: list[str], given: Namespace) -> tuple[float, int, float]:
+        found.append(play(agent, languages, given))
         return found[-1]
 
     monkeypatch.setattr(duration, "play", play_and_keep)
@@ -28,11 +28,13 @@ def test_clients_in_both_languages_are_timed(
     assert steps == 2 * 2 * (150 + 1)  # In two languages, two turns: a street to the step limit, and a room.
     assert 0.0 < seconds < start
     header, _, row = capsys.readouterr().out.splitlines()
-    assert header == "| agent | steps/s | ratio | start, s | minutes for 1,155 |"
+    assert header == "| agent | steps/s | ratio | start, s | minutes for 1,155 | CPU s per episode |"
     assert row.startswith(f"| `stop` | {steps / seconds:.0f} | 1.00 | ")
+    assert 0.1 < float(row.rstrip(" |").rpartition(" ")[2]) < 100.0
 
 
 def test_what_a_failed_client_says_is_told(tmp_path: Path) -> None:
-    given = Namespace(data=tmp_path, split="val_seen", episodes=1, parallel=1)
+    client = Path(sys.executable).with_name("arramon-client")
+    given = Namespace(data=tmp_path, split="val_seen", episodes=1, parallel=1, client=client)
     with pytest.raises(SystemExit, match="nowhere did not finish its run:\nerror: no agent"):
-        duration.play("nowhere", given)
+        duration.play("nowhere", ["en"], given)

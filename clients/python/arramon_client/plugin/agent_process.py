@@ -181,15 +181,20 @@ def _serve(connection: "Connection[Any, Any]", memory: Any, spec: str, arguments
     """Answer calls until the client is gone: the target of the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # The client ends in order, and stops this process.
     images: _Memory = np.frombuffer(memory, np.uint8)
-    agent: Agent | None = None
+    loaded: Agent | AgentError  # An agent that cannot be loaded fails at each call.
+    try:
+        loaded = load_agent(spec, arguments)
+    except AgentError as error:
+        loaded = error
     while True:
         try:
             method, argument = connection.recv()
         except (EOFError, OSError):
             return
         try:
-            agent = agent or load_agent(spec, arguments)
-            result = _answer(agent, method, argument, images)
+            if isinstance(loaded, AgentError):
+                raise loaded
+            result = _answer(loaded, method, argument, images)
         except StopRun as stop:
             result = _Stop(str(stop), stop.limit)
         except AgentError as error:
