@@ -25,7 +25,11 @@ class FrameCache(Generic[Found]):
         self._look, self._frames = look, frames
         self._known: OrderedDict[bytes, Found] = OrderedDict()
 
-    def find(self, rgb: Sequence[npt.NDArray[np.uint8]], depth: Sequence[npt.NDArray[np.float32]]) -> list[Found]:
+    def find(
+        self,
+        rgb: Sequence[npt.NDArray[np.uint8]] | npt.NDArray[np.uint8],
+        depth: Sequence[npt.NDArray[np.float32]] | npt.NDArray[np.float32],
+    ) -> list[Found]:
         """Return the result of each frame. Equal frames share one result, which must not be changed.
 
         Args:
@@ -35,14 +39,15 @@ class FrameCache(Generic[Found]):
         marks = [_mark(*images) for images in zip(rgb, depth, strict=True)]
         new = {mark: number for number, mark in enumerate(marks) if mark not in self._known}
         if new:
-            chosen = [np.stack([images[number] for number in new.values()]) for images in (rgb, depth)]
-            self._known.update(zip(new, self._look(*chosen), strict=True))
-        found = [self._known[mark] for mark in marks]
+            chosen = np.stack([rgb[number] for number in new.values()])
+            found = self._look(chosen, np.stack([depth[number] for number in new.values()]))
+            self._known.update(zip(new, found, strict=True))
+        results = [self._known[mark] for mark in marks]
         for mark in marks:
             self._known.move_to_end(mark)
         while len(self._known) > self._frames:
             self._known.popitem(last=False)
-        return found
+        return results
 
 
 def _mark(rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> bytes:
