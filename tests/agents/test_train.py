@@ -157,6 +157,17 @@ def test_smoke_of_the_reader(readable: Path, tmp_path: Path) -> None:
         assert isinstance(reader.read(assembly, "assembly"), Assembly)
 
 
+def test_a_reader_that_begins_with_other_weights_keeps_their_words(readable: Path, tmp_path: Path) -> None:
+    command = ["--agent", "reader", "--smoke", "--data", str(readable), "--init", str(READER), "--batch", "8"]
+    assert train.main([*command, "--output", str(tmp_path)]) == 0
+    shipped, known = read_reader(READER)
+    network, vocabulary = read_reader(tmp_path / "reader.safetensors")
+    assert vocabulary.words[: len(known.words)] == known.words
+    begun = network.words.weight[: len(known)] - shipped.words.weight
+    assert 0.0 < float(begun.detach().abs().mean()) < 0.05
+    assert train.main([*command, "--init", "nowhere", "--output", str(tmp_path / "none")]) == 1
+
+
 def test_smoke_of_the_readers_fine_tuning(data: Path, tmp_path: Path) -> None:
     """It begins with the shipped reader, and goes on from its checkpoint with the same outcome."""
     command = ["--agent", "reader_tuning", "--data", str(data), "--output", str(tmp_path), "--passes", "8"]

@@ -51,10 +51,11 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
         return fine_tune(
             recipe, parse_training_half(workspace.data, recipe.split, language), lang.required(), workspace, report
         )
-    learned, tested, vocabulary = _examples(recipe, workspace)
+    initial = read_reader(find_initial(recipe.init, NAME)) if recipe.init else None
+    learned, tested, vocabulary = _examples(recipe, workspace, initial[1] if initial else Vocabulary(()))
     report(f"{NAME}: {len(learned.texts)} texts, {len(vocabulary)} words")
     torch.manual_seed(recipe.seed)
-    network = ReaderNetwork(ReaderSizes(len(vocabulary)))
+    network = extend_vocabulary(*initial, vocabulary) if initial else ReaderNetwork(ReaderSizes(len(vocabulary)))
 
     def validate() -> Scores:
         scores = score(network, tested)
@@ -67,8 +68,11 @@ def train(recipe: ReaderRecipe | FineTuningRecipe, workspace: Workspace, report:
     return _write(workspace.output, network, vocabulary)
 
 
-def _examples(recipe: ReaderRecipe, workspace: Workspace) -> tuple[Examples, Examples, Vocabulary]:
-    """Return training examples, validation examples from other episodes, and the vocabulary of the training texts."""
+def _examples(recipe: ReaderRecipe, workspace: Workspace, known: Vocabulary) -> tuple[Examples, Examples, Vocabulary]:
+    """Return training examples, validation examples from other episodes, and the vocabulary.
+
+    The vocabulary has the known words first, then those of the training texts.
+    """
     given = read_samples(workspace.data, recipe.split)
     each = 4 * len(lang.required())  # Texts of an episode.
     parts = [number // each % HELD_OUT == 0 for number in range(len(given))]
@@ -77,7 +81,7 @@ def _examples(recipe: ReaderRecipe, workspace: Workspace) -> tuple[Examples, Exa
         for wanted in (False, True)
     )
     drawn = list(draw_samples(plans, lang.required(), recipe.texts, recipe.seed, workspace.processes))
-    vocabulary = Vocabulary.of(sample.text for sample in drawn)
+    vocabulary = known.extended(Vocabulary.of(sample.text for sample in drawn))
     written = write_in_all_languages(held_out, lang.required(), recipe.seed)
     return examples_of(drawn, vocabulary), examples_of(list(written), vocabulary), vocabulary
 
@@ -117,8 +121,7 @@ def fine_tune(
     """
     known_network, known = read_reader(find_initial(recipe.init, NAME) if recipe.init else WEIGHTS)
     drawn = list(draw_samples([sample.meaning for sample in samples], languages, len(samples), recipe.seed))
-    new = Vocabulary.of(sample.text for sample in samples)
-    vocabulary = Vocabulary((*known.words, *(word for word in new.words if word not in set(known.words))))
+    vocabulary = known.extended(Vocabulary.of(sample.text for sample in samples))
     examples = examples_of([*samples, *drawn], vocabulary)
     report(f"{TUNING}: {len(samples)} texts of people, {len(vocabulary) - len(known)} new words")
     network = extend_vocabulary(known_network, known, vocabulary)

@@ -40,6 +40,10 @@ class Vocabulary:
         """Return the number of ids, including padding and the unknown word."""
         return len(self.words) + UNKNOWN + 1
 
+    def extended(self, other: "Vocabulary") -> "Vocabulary":
+        """Return a vocabulary of these words, with the same ids, and the new words of another."""
+        return Vocabulary((*self.words, *(word for word in other.words if word not in self._numbers)))
+
     def encode(self, text: str) -> list[int]:
         """Return the ids of a text's words; at least one."""
         return [self._numbers.get(word, UNKNOWN) for word in split(text)] or [UNKNOWN]
