@@ -20,7 +20,7 @@ from arramon_agents.training.recipe import update_settings
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.training.workspace import Report, Workspace
-from arramon_agents.vl_map.network import PolicyNetwork, PolicySizes
+from arramon_agents.vl_map.network import PolicyNetwork, sizes_of
 from arramon_agents.vl_map.recipe import MapRecipe
 from arramon_agents.vl_map.task import Arrays, DecisionTask, arrays_of, load_arrays, save_arrays
 from arramon_agents.weights import SUFFIX
@@ -63,7 +63,7 @@ def train_policy(recipe: MapRecipe, workspace: Workspace, report: Report) -> Tra
     first = walks.along_paths()
     count = len(first["label"])
     torch.manual_seed(recipe.seed)
-    network = PolicyNetwork(PolicySizes()).to(workspace.device)
+    network = PolicyNetwork(sizes_of(recipe.width, recipe.layers)).to(workspace.device)
     task = DecisionTask(network, recipe.batch, recipe.seed, recipe.precision, workspace.device)
     task.add(first)
 

@@ -57,6 +57,23 @@ class PolicySizes:
     dropout: float = 0.0
 
 
+HEAD = 16
+"""Size of an attention head, for `sizes_of`."""
+
+
+def sizes_of(width: int, layers: int) -> PolicySizes:
+    """Return the sizes of a network by its width and depth.
+
+    Raises:
+        ValueError: if the width is no positive multiple of HEAD, or there are fewer than two layers.
+    """
+    if width < HEAD or width % HEAD:
+        raise ValueError(f"a width of {width}, expected a positive multiple of {HEAD}")
+    if layers < 2:
+        raise ValueError(f"{layers} layers, expected at least 2")
+    return PolicySizes(width, heads=width // HEAD, layers=layers, inner=2 * width)
+
+
 class PolicyBatch(NamedTuple):
     """The arrays of `features.PolicyInput` as tensors, with a leading batch axis."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,7 +57,7 @@ class Networks(NamedTuple):
     """The agent's own trained networks.
 
     Attributes:
-        policies: choose options while navigating, by their average; at least one, all of the same sizes.
+        policies: choose options while navigating, by their average; at least one.
         placer: predicts the target cell of the room.
     """
 
@@ -69,9 +70,9 @@ def write_policy(path: Path, networks: Networks, about: Mapping[str, Any]) -> No
     policies = networks.policies
     header = {
         "format": FORMAT,
-        "sizes": asdict(policies[0].sizes),
         "policies": len(policies),
         "about": dict(about),
+        **{_sizes(number): asdict(policy.sizes) for number, policy in enumerate(policies)},
     }
     prefixed = {_prefix(number): policy for number, policy in enumerate(policies)}
     write_weights_file(path, {**prefixed, PLACER: networks.placer}, header)
@@ -84,17 +85,23 @@ def read_policy(path: Path) -> tuple[Networks, dict[str, Any]]:
         BadWeights: if the file cannot be read.
     """
     file = read_weights_file(path, "agents.vl_map", FORMAT)
-    sizes = file.sizes("sizes", PolicySizes)
     count = file.value("policies", int) if "policies" in file.header else 1
     if not 1 <= count <= MAX_POLICIES:
         raise file.wrong(f"its header has {count} policies, expected 1 to {MAX_POLICIES}")
-    policies = [file.build(lambda: PolicyNetwork(sizes)) for _ in range(count)]
+    names = [_sizes(number) for number in range(count)]  # Older files have the sizes of the first policy alone.
+    sizes = [file.sizes(name if name in file.header else "sizes", PolicySizes) for name in names]
+    policies = [file.build(partial(PolicyNetwork, each)) for each in sizes]
     placer = PlacementNetwork()
     prefixed = {_prefix(number): policy for number, policy in enumerate(policies)}
     for prefix, network in {**prefixed, PLACER: placer}.items():
         file.fill(network, prefix)
         network.requires_grad_(requires_grad=False)
     return Networks(policies, placer), file.value("about", dict)
+
+
+def _sizes(number: int) -> str:
+    """Return the name of a policy's sizes in the header."""
+    return f"sizes{number + 1}" if number else "sizes"
 
 
 def _prefix(number: int) -> str:

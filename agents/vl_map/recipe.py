@@ -21,6 +21,8 @@ class MapRecipe:
             schedule at half the peak; 0 for none.
         batch: number of decisions in a batch.
         learning_rate: peak learning rate.
+        width: embedding size of the policy's tokens, a multiple of 16; the other sizes of a layer grow with it.
+        layers: number of transformer layers of the policy.
         precision: "float32", or "bfloat16", which takes two thirds of the time on CPUs that support it.
         seed: seed of all random choices.
         join: files of weights of this agent, separated by commas, whose policies the new file has too; empty for none.
@@ -40,6 +42,8 @@ class MapRecipe:
     again: int = 0
     batch: int = 32
     learning_rate: float = 2e-3
+    width: int = 64
+    layers: int = 3
     precision: str = "bfloat16"
     seed: int = 1
     join: str = ""

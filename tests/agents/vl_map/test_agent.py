@@ -8,7 +8,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="the extra `agents` is not installed: scripts/setup")
 
-from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of  # noqa: E402
+from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of, sizes_of  # noqa: E402
 from arramon_agents.vl_map.options import WAYPOINTS  # noqa: E402
 from arramon_agents.vl_map.placement_network import PlacementNetwork  # noqa: E402
 from arramon_agents.vl_map.policy import MapPolicy, Networks, read_policy, write_policy  # noqa: E402
@@ -46,7 +46,7 @@ def test_weights_are_what_was_written(weights: Path) -> None:
 
 def test_the_policies_of_a_file_are_averaged(tmp_path: Path) -> None:
     torch.manual_seed(1)
-    written = [PolicyNetwork(PolicySizes()).eval() for _ in range(3)]
+    written = [PolicyNetwork(sizes).eval() for sizes in (PolicySizes(), PolicySizes(), sizes_of(32, 2))]
     write_policy(tmp_path / "three.safetensors", Networks(written, PlacementNetwork()), {})
     policies = read_policy(tmp_path / "three.safetensors")[0].policies
     given, beliefs = sample()

@@ -9,9 +9,18 @@ torch = pytest.importorskip("torch", reason="the extra `agents` is not installed
 
 from arramon_agents.simulated.walks import DecisionLabel  # noqa: E402
 from arramon_agents.vl_map.features import DIRECTIONS, mirror  # noqa: E402
-from arramon_agents.vl_map.network import MASKED_LOGIT, PolicyNetwork, PolicySizes, batch_of, direction_bins, soft_bins  # noqa: E402
+from arramon_agents.vl_map.network import (  # noqa: E402
+    MASKED_LOGIT,
+    PolicyNetwork,
+    PolicySizes,
+    batch_of,
+    direction_bins,
+    sizes_of,
+    soft_bins,
+)
 from arramon_agents.vl_map.options import DISTANCES, OPTIONS, WAYPOINTS  # noqa: E402
 from arramon_agents.vl_map.policy import MapPolicy  # noqa: E402
+from arramon_agents.vl_map.recipe import MapRecipe  # noqa: E402
 from arramon_agents.vl_map.task import option_targets  # noqa: E402
 from arramon_lang.meaning import Navigation, Thing, Walk  # noqa: E402
 from tests.agents.vl_map.test_features import sample  # noqa: E402
@@ -105,3 +114,20 @@ def test_what_is_right() -> None:
     left = 18 * len(DISTANCES)
     assert targets[1, left + 3 : left + 5].tolist() == pytest.approx([0.5, 0.5])
     assert targets[2, WAYPOINTS + 2] == 1.0
+
+
+def test_default_width_and_depth_give_the_default_sizes() -> None:
+    assert sizes_of(MapRecipe.width, MapRecipe.layers) == PolicySizes()
+
+
+@pytest.mark.parametrize(
+    ("width", "layers", "message"),
+    [
+        (40, 3, "a width of 40, expected a positive multiple of 16"),
+        (0, 3, "a width of 0, expected a positive multiple of 16"),
+        (64, 1, "1 layers, expected at least 2"),
+    ],
+)
+def test_impossible_sizes_are_refused(width: int, layers: int, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        sizes_of(width, layers)
