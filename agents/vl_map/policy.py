@@ -33,18 +33,22 @@ class MapPolicy:
     """Policy that averages networks over an input and its mirror image.
 
     Args:
-        networks: trained networks of one size, in evaluation mode; at least one. Their parameters are copied.
+        networks: trained networks, in evaluation mode; at least one. Their parameters are copied.
         mirrored: whether to use the mirror image too.
     """
 
     def __init__(self, networks: Sequence[PolicyNetwork], *, mirrored: bool = True) -> None:
-        self._ensemble, self._mirrored = PolicyEnsemble(networks), mirrored
+        by_sizes: dict[PolicySizes, list[PolicyNetwork]] = {}
+        for network in networks:
+            by_sizes.setdefault(network.sizes, []).append(network)
+        self._ensembles = [PolicyEnsemble(alike) for alike in by_sizes.values()]
+        self._mirrored = mirrored
 
     @torch.inference_mode()
     def option_values(self, sample: PolicyInput, beliefs: Sequence[LandmarkBelief]) -> npt.NDArray[np.float32]:  # noqa: ARG002
         """Return the log probabilities of all options, (OPTIONS,), averaged over networks and mirror images."""
         batch = batch_of([sample, mirror(sample)] if self._mirrored else [sample])
-        found = self._ensemble(batch).log_softmax(2).mean(0)
+        found = torch.cat([ensemble(batch) for ensemble in self._ensembles]).log_softmax(2).mean(0)
         own = found[0]
         if self._mirrored:
             waypoints = found[1, :WAYPOINTS].reshape(DIRECTIONS, -1)[_MIRRORED].flatten()
