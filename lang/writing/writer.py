@@ -21,7 +21,7 @@ from arramon_lang.writing.voice import Voice, draw_voice
 ATTEMPTS = 48
 """Maximum number of drafts; writing stops earlier once enough drafts pass the checks."""
 
-REDRAWS = 3
+REDRAWS = 5
 """Maximum number of times that a sentence is written anew because it fails a check, in such a language."""
 
 FURTHER_ATTEMPTS = 192
@@ -82,6 +82,10 @@ class _Misleading(Exception):
     """A clause says "straight" although its thing is not straight ahead."""
 
 
+class _Hopeless(Exception):
+    """A draft fails as many checks, before its end, as an earlier whole draft."""
+
+
 class Writer:
     """Writes one language's instructions."""
 
@@ -114,9 +118,10 @@ class Writer:
                 break
             draft = _Draft(self._grammar, random, voice)
             draft.redraws = REDRAWS if self._preferences is None else 0
+            draft.most_clumsy = max(fewest, 1)
             try:
                 written = draft.navigation(meaning) if isinstance(meaning, Navigation) else draft.assembly(meaning)
-            except _Misleading:
+            except (_Misleading, _Hopeless):
                 continue
             known = draft.clumsy_before if draft.redraws and isinstance(meaning, Navigation) else None
             faults = self._count_faults(written, max(fewest, 1), known)
@@ -177,10 +182,12 @@ class _Draft(Phraser):
         redraws: maximum number of times that a sentence is written anew because it fails a check.
         opening_factor: factor on the probability of opening words.
         clumsy_before: number of the language's checks that the sentences written so far fail, if sentences are redrawn.
+        most_clumsy: number of failed checks from which on the draft is given up, if sentences are redrawn.
     """
 
     is_at_thing = False
     clumsy_before = 0
+    most_clumsy: float = math.inf
     last_key = ""
     redraws = 0
     opening_factor = 1.0
@@ -228,6 +235,8 @@ class _Draft(Phraser):
         sentence = write()
         if self.redraws:
             self.clumsy_before = _count_clumsy(self._finish_text([*before, sentence]), clumsy, math.inf)
+            if self.clumsy_before >= self.most_clumsy:
+                raise _Hopeless(sentence)
         return sentence
 
     def assembly(self, meaning: Assembly) -> str:
