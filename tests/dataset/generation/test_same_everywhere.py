@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "97ffc6545d8b5b00b8351192367084e2b1e34e2288c7ab43ef9f955f3a6f7d8c",
-    "digest": "77171f4cabfc1256ae2b6843f07acde48724866cfd030a09363346f1ba7affdf",
+    "data": "4104ff361dc4036cec88584b7d9c9bb736e436cf69193c5200142058796c7638",
+    "digest": "bce77c71d3f3f5cc4e82fb66c33f3d7acd81c7f19ed58d72b4e0ea357abd7c85",
     "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
     "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
     "blocked": 253,
