@@ -32,7 +32,7 @@ AMBIGUITY_COST = 2.0
 COLLECTIBLE_COST, BUILDING_COST, SIGN_COST, COUNTED_COST, GROUP_COST = 6.0, 1.5, 2.5, -5.0, -6.0
 """Additional costs of naming a collectible other than the target, a building, a shop's sign, an ordinal, or a group."""
 
-GROUP_OTHERWISE = 3.0
+GROUP_OTHERWISE = 2.0
 """Additional cost of naming a group in a plan that does not prefer groups."""
 
 AT_COST = 1.0
@@ -43,6 +43,9 @@ OFFSET_COST = 2.5
 
 SIDE_SHARE = 0.11
 """Probability of stating the side on which something is passed."""
+
+PAST_COST = 0.7
+"""Additional cost of a walk past a thing: people rather name what they walk to."""
 
 BETWEEN_COST = 0.0
 """Additional cost of a walk between two things."""
@@ -166,7 +169,7 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
         is_across = landmark.label.kind == "zebra_crossing"
         is_stated = route.random.random() < SIDE_SHARE * route.manner.directions
         stated_side = side if is_stated and abs(right) >= PLANNED_ASIDE and not is_across else ""
-        yield from subject.option(route, Walk("past", (name,), stated_side), passed, 0.0)
+        yield from subject.option(route, Walk("past", (name,), stated_side), passed, PAST_COST)
     if PLANNED_ASIDE < abs(right) < 5.0 and landmark.label.kind != "zebra_crossing":
         beside = pose_after_passing(pose, landmark.x, landmark.z, 0.0)
         if _is_ahead(pose, beside):
@@ -220,7 +223,7 @@ def _building_options(route: DescribedRoute, subject: _Subject) -> Iterator[Step
         side = "right" if nearest[0] > 0.0 else "left"
         far = max(ahead for across, ahead in corners if abs(across) < abs(nearest[0]) + 1.0)
         stated_side = side if route.random.random() < SIDE_SHARE * route.manner.directions else ""
-        yield from subject.option(route, Walk("past", (name,), stated_side), pose.ahead(far + PAST_DISTANCE), 0.0)
+        yield from subject.option(route, Walk("past", (name,), stated_side), pose.ahead(far + PAST_DISTANCE), PAST_COST)
     if abs(right) < 2.5 and along > REACHED_WITHIN["towards"] + 2.5:
         straight = Pose(pose.x, pose.z, bearing((pose.x, pose.z), (landmark.x, landmark.z)))
         end = straight.ahead(math.dist((pose.x, pose.z), (landmark.x, landmark.z)) - REACHED_WITHIN["towards"])

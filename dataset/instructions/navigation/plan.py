@@ -11,11 +11,11 @@ from dataclasses import replace
 from random import Random
 from typing import Protocol
 
-from arramon_client.world import bearing, turn_between
+from arramon_client.world import COLLECTIBLES, bearing, turn_between
 from arramon_dataset.instructions.navigation.distinct_names import with_distinct_names
 from arramon_dataset.instructions.navigation.landmark_names import full_name, name_matches
 from arramon_dataset.instructions.navigation.landmark_steps import PLACES as OPEN_PLACES
-from arramon_dataset.instructions.navigation.landmark_steps import landmark_options
+from arramon_dataset.instructions.navigation.landmark_steps import UNNAMED_BUILDING, landmark_options
 from arramon_dataset.instructions.navigation.place_steps import place_options
 from arramon_dataset.instructions.navigation.route import (
     DescribedRoute,
@@ -30,7 +30,7 @@ from arramon_dataset.instructions.visible_landmarks import Landmark
 from arramon_dataset.path_tolerances import PLANNED_DEVIATION, PLANNED_STRAIGHT
 from arramon_dataset.paths import Place, max_deviation
 from arramon_dataset.plans.graph import StreetGraph
-from arramon_lang.coreference import mentions
+from arramon_lang.coreference import mentions, things_of
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_lang.street_words import DEGREES
 from arramon_lang.writing.voice import MANNERS, Manner
@@ -77,6 +77,13 @@ FACE_FIRST, FACE_AFTER = 0.7, 0.95
 """Probabilities that the first turn is described by the landmark to face, where that is unambiguous: in an episode's
 first turn, and in its second, at whose start a walker's heading may be another."""
 
+FACE_ANOTHER, FACE_ANOTHER_AFTER = 0.15, 0.5
+"""Probabilities that it is described by another landmark that lies ahead after the turn, if the next step names none
+that can be faced; in the same two turns."""
+
+FACED_OFF, FACED_FROM = 15.0, 4.0
+"""Maximum angle of that landmark to the path after the turn, in degrees, and its minimum distance."""
+
 TURN_TO_FACE, TURN_TO_FACE_AFTER = 0.95, 0.8
 """Probabilities that it is described by its direction as well, "turn left to face the bench", in the same two turns."""
 
@@ -95,13 +102,13 @@ SEE_FIRST = 0.1
 SEEN_SHARE = 0.1
 """Probability of a walk until a thing is seen, and a turn, rather than a turn at it."""
 
-PASSED_SHARE = 0.3
+PASSED_SHARE = 0.15
 """Probability of a walk past a thing, and a turn, rather than a turn after it."""
 
 UNMARKED_SHARE = 0.15
 """Probability of "go forward and turn left" rather than a turn at a street or a corner, where there is only one."""
 
-SLIGHT_SHARE = 0.95
+SLIGHT_SHARE = 0.75
 """Probability of a slight turn at the start, which one could do without."""
 
 PAIR_SHARE = 0.2
@@ -422,15 +429,40 @@ class _Planner:
         after = option.steps[-1]
         is_turn_at = isinstance(after, Rotate) and after.at == "at"  # "Face the bin, turn left at that bin."
         share = FACE_FIRST * self._route.manner.landmarks if self._route.is_first else FACE_AFTER
-        if len(option.steps) < 2 or is_turn_at or self._random.random() > share:
+        if len(option.steps) < 2:
             return option.steps
-        thing = self._faced(after)
+        thing = None if is_turn_at or self._random.random() > share else self._faced(after)
         turn = option.steps[0]
         is_towards = isinstance(after, Walk) and after.way == "towards"
+        if thing is None and not is_towards:
+            thing = self._faced_instead(option)
         if thing is None or (is_towards and self._random.random() < TOWARDS_UNFACED):
             return option.steps
         is_said = self._random.random() < (TURN_TO_FACE if self._route.is_first else TURN_TO_FACE_AFTER)
         return (turn, Face(thing), *option.steps[1:]) if is_said else (Face(thing), *option.steps[1:])
+
+    def _faced_instead(self, option: StepOption) -> Thing | None:
+        """Return a landmark ahead, to face before a walk or turn at another one, by chance; None if there is none."""
+        route, here = self._route, self._route.path[0]
+        onward, named = route.onward_heading(0), {thing.identity for step in option.steps for thing in things_of(step)}
+        share = FACE_ANOTHER * route.manner.landmarks if route.is_first else FACE_ANOTHER_AFTER
+        if onward is None or self._random.random() > share:
+            return None
+        ahead = [
+            landmark
+            for landmark in self._around
+            if landmark.label.kind not in (*COLLECTIBLES, *OPEN_PLACES, *PLACES, "zebra_crossing")
+            and landmark.label != UNNAMED_BUILDING
+            and landmark.identity not in named
+            and math.dist(here, (landmark.x, landmark.z)) >= FACED_FROM
+            and abs(turn_between(onward, bearing(here, (landmark.x, landmark.z)))) <= FACED_OFF
+        ]
+        names = (full_name(each) for each in sorted(ahead, key=lambda each: math.dist(here, (each.x, each.z))))
+        return next((name for name in names if self._is_only_one(name)), None)
+
+    def _is_only_one(self, name: Thing) -> bool:
+        """Return whether a name fits just one of the landmarks around the start."""
+        return sum(name_matches(name, landmark) for landmark in self._around) == 1
 
     def _faced(self, step: Step) -> Thing | None:
         """Return the thing to face before a step; None if it has none, or another one looks alike."""
@@ -440,7 +472,7 @@ class _Planner:
             thing is None
             or thing.number
             or thing.kind in PLACES
-            or sum(name_matches(thing, landmark) for landmark in self._around) != 1
+            or not self._is_only_one(thing)
         ):
             return None
         return thing

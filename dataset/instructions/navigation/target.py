@@ -27,7 +27,7 @@ BUILDING_SHARE = 0.25
 COLLECTIBLE_LIKING = -4.0
 """Bonus for collectibles in the choice of a landmark, as units of distance: people seldom name a second one."""
 
-RELATION_WEIGHTS = {"behind": 100.0, "in_front_of": 15.0, "left_of": 12.0, "right_of": 10.0, "near": 25.0}
+RELATION_WEIGHTS = {"behind": 100.0, "in_front_of": 15.0, "left_of": 12.0, "right_of": 10.0, "near": 12.0}
 """Relative frequency of each relation where it holds: the rarer it holds, the higher, for people's shares."""
 
 AS_NEAR = 1.5
@@ -39,7 +39,7 @@ SECOND_SHARE = 0.15
 UNSUITED = ("intersection", "junction", "corner")
 """Kinds of landmarks that never locate a target."""
 
-UNPLACED = 0.82
+UNPLACED = 0.88
 """Probability of omitting the location of a target with a unique appearance."""
 
 HUNG = ("awning", "shop_sign")

@@ -4,17 +4,19 @@ from dataclasses import replace
 
 import pytest
 
+from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.navigation.landmark_names import unique_name
 from arramon_dataset.instructions.navigation.plan import plan_navigation
 from arramon_dataset.instructions.navigation.target import describe_target
 from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.randomness import seeded
-from arramon_lang.meaning import Navigation, Rotate, Thing
+from arramon_lang.coreference import things_of
+from arramon_lang.meaning import Face, Navigation, Rotate, Thing
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
 from arramon_server.sim.raster.camera import RasterCamera
-from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, crossing, thing
+from tests.dataset.instructions.town import ACTIONS, PATH, START, STREET, R, crossing, thing
 
 SECTION = crossing()
 
@@ -37,6 +39,22 @@ def test_plan_turns_right_at_the_crossing(camera: RasterCamera) -> None:
         turns = [step for step in made.steps if isinstance(step, Rotate)]
         assert [turn.direction for turn in turns] == ["right"]
         assert (made.target.kind, made.target.colour, made.target.look)[0] == "mug"
+
+
+def test_a_second_turn_often_begins_with_a_landmark_to_face(camera: RasterCamera) -> None:
+    start, actions = START.turned(180.0), (R,) * 6 + ACTIONS
+    poses = poses_along(start, PATH, actions)
+    landmarks = find_landmarks(poses, STREET, SECTION, camera)
+    places = {landmark.identity: (landmark.x, landmark.z) for landmark in landmarks}
+    faced = []
+    for attempt in range(30):
+        made = plan_navigation(PATH, poses, STREET[0], STREET, landmarks, seeded(attempt), is_first=False)
+        assert made is not None
+        after = [(step.thing, made.steps[at + 1]) for at, step in enumerate(made.steps) if isinstance(step, Face)]
+        faced += [(thing, thing in things_of(step)) for thing, step in after]
+    assert all(abs(turn_between(0.0, bearing(PATH[0], places[thing.identity]))) <= 40.0 for thing, _ in faced)
+    assert 8 <= len(faced) < 30
+    assert {is_named for _, is_named in faced} == {False, True}
 
 
 def test_plans_vary_with_the_seed_and_are_reproducible(camera: RasterCamera) -> None:
