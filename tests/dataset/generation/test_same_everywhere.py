@@ -11,11 +11,11 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "4104ff361dc4036cec88584b7d9c9bb736e436cf69193c5200142058796c7638",
-    "digest": "bce77c71d3f3f5cc4e82fb66c33f3d7acd81c7f19ed58d72b4e0ea357abd7c85",
-    "places": "22e91df5a804aefec8b65173ed0c5f77f4a07b4a97ad73fef18382dbfdcd7c7a",
-    "scores": "9666b762f489bcfd877a4f523c85e07615454acff69f6f8cd7d15309afe3624a",
-    "blocked": 253,
+    "data": "c4ffcbd2c76cc4c1acb2275a07fca669499c852580970b4320d0a651c0b4146f",
+    "digest": "f4d8055493a60be8ab2f02b06bc09334e15661881a3266156438c7fe034a3255",
+    "places": "46f3a8a151f6ead5c26cf9942d7c2477c29a103f373e2fb6e158c5fe98d5f032",
+    "scores": "1742c6f2188af53aed3302c584fafbe712706d9627b13a70130493e1e4adecd2",
+    "blocked": 243,
 }
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
 
