@@ -217,7 +217,7 @@ def walk(
         body.observe()
         action = navigator.act(left)
         if action is Action.INTERACT:
-            picked = _reached(course, body)
+            picked = picked_item(course, body)
             if picked is not None:
                 break
             body.record_action(None)
@@ -229,7 +229,7 @@ def walk(
     return WalkResult(np.array(path), picked, policy.decisions, body)
 
 
-def _reached(course: Course, body: SimulatedBody) -> int | None:
+def picked_item(course: Course, body: SimulatedBody) -> int | None:
     """Return the index of the nearest collectible in the pick-up box; None if there is none."""
     found = []
     for number, item in enumerate(course.items):
