@@ -468,12 +468,7 @@ class _Planner:
         """Return the thing to face before a step; None if it has none, or another one looks alike."""
         things = step.things if isinstance(step, Walk) else (step.thing,) if isinstance(step, Rotate) else ()
         thing = things[0] if things else None
-        if (
-            thing is None
-            or thing.number
-            or thing.kind in PLACES
-            or not self._is_only_one(thing)
-        ):
+        if thing is None or thing.number or thing.kind in PLACES or not self._is_only_one(thing):
             return None
         return thing
 
