@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "c4ffcbd2c76cc4c1acb2275a07fca669499c852580970b4320d0a651c0b4146f",
-    "digest": "f4d8055493a60be8ab2f02b06bc09334e15661881a3266156438c7fe034a3255",
+    "data": "80f0b95c8ca7264412776c4d78b8b85a5685228a2c62bf65cd0df50bbc703180",
+    "digest": "68de508486861beb12781f3528a8e2ceb4a6b557c9e1966adfb59c4e1c28c7ee",
     "places": "46f3a8a151f6ead5c26cf9942d7c2477c29a103f373e2fb6e158c5fe98d5f032",
     "scores": "1742c6f2188af53aed3302c584fafbe712706d9627b13a70130493e1e4adecd2",
     "blocked": 243,
