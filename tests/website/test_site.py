@@ -153,7 +153,8 @@ def test_pages_ask_no_other_machine_and_fit(address: str, browser: Browser, sche
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
         assert page.evaluate("document.body.dataset.mdColorScheme") == {"light": "default", "dark": "slate"}[scheme]
         assert "Hind" in page.evaluate("getComputedStyle(document.querySelector('h1')).fontFamily")
-        assert page.evaluate("[...document.fonts].some(font => font.status == 'loaded')")
+        if name.startswith("hi/"):  # On other pages only hidden menus may have Devanagari, for which no font is loaded.
+            assert page.evaluate("[...document.fonts].some(font => font.status == 'loaded')")
     context.close()
     assert len(asked) > len(PAGES)
     assert [url for url in asked if not url.startswith((address, "data:", "blob:"))] == []
