@@ -34,7 +34,7 @@ class PolicyEnsemble:
 
     def __init__(self, networks: Sequence[PolicyNetwork]) -> None:
         first = networks[0]
-        self._width, self._heads, self._count = first.sizes.width, first.sizes.heads, len(networks)
+        self._heads, self._count = first.sizes.heads, len(networks)
         states = [network.state_dict() for network in networks]
         self._stacked = {name: torch.stack([state[name] for state in states]) for name in states[0]}
         self._layers = [f"layers.{number}" for number in range(first.sizes.layers)]

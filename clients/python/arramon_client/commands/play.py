@@ -92,7 +92,8 @@ class PlayCommand:
 
     def _run(self) -> int:
         options = self.options
-        agent = load_agent(options.agent, {name: parse_value(typed) for name, typed in options.agent_arguments.items()})
+        arguments = {name: parse_value(typed) for name, typed in options.agent_arguments.items()}
+        agent = load_agent(options.agent, arguments)
         if not is_async(agent) and (options.retries is not None or options.on_failure is not None):
             raise UsageError("--retries and --on-failure apply to an agent whose act is `async`, for one observation")
         processes = self._processes(agent)
@@ -100,8 +101,7 @@ class PlayCommand:
         if options.record is not None:
             results.check_output(options.record, "the recording")
         with ExitStack() as stack:
-            typed = {name: parse_value(text) for name, text in options.agent_arguments.items()}
-            copies = stack.enter_context(agent_processes(processes, agent, options.agent, typed))
+            copies = stack.enter_context(agent_processes(processes, agent, options.agent, arguments))
             revive: Callable[[], None] = lambda: None  # noqa: E731 - replaced if a server is embedded
             address, access, unreachable = options.server, Access(), raise_unreachable
             if address is None:
