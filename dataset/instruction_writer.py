@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from random import Random
 
@@ -45,8 +46,9 @@ PLANS = 3
 DRAWS = 8
 """Maximum number of meanings drawn for one assembly instruction until the gate accepts one."""
 
-FURTHER = range(1, 4)
-"""Further drawings of the texts of a language that is not required, if the first one fails a check."""
+DRAWINGS, FURTHER_DRAWINGS = 2, 4
+"""Maximum number of drawings of a plan's texts in a language until one passes the checks: in a required language, whose
+plan can be replaced, and in a further one."""
 
 MIN_NDTW = 0.2
 """The follower's nDTW must exceed this in both turns (paper, section 4)."""
@@ -59,6 +61,12 @@ REPORT_SECONDS = 5.0
 
 Plan = tuple[tuple[Navigation, Assembly], tuple[Navigation, Assembly]]
 Texts = Mapping[str, tuple[Instructions, Instructions]]
+
+Accepts = Callable[[str, tuple[Instructions, Instructions]], bool]
+"""Whether a language's texts may be used; the arguments are its code and the texts."""
+
+Readings = tuple[Meaning | str, ...]
+"""Meanings of a language's texts; the text itself where it cannot be read."""
 
 
 class InstructionWriter:
@@ -96,15 +104,21 @@ class InstructionWriter:
 
     def __call__(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Texts | None:
         """Return instructions for a draft, or None if no plan passes; see `arramon_dataset.generation.DraftWriter`."""
-        for texts in self.candidates(draft, site, names):
-            if not self._trial:
-                return texts
-            if self._passes_in_all_languages(draft, site, texts):
-                return self._without_failed(draft, site, texts)
-        return None
+        if not self._trial:
+            return next(self.candidates(draft, site, names), None)
+        passed: set[Readings] = set()
+        tried = next(self.candidates(draft, site, names, partial(self._succeeds, draft, site, passed)), None)
+        return None if tried is None else self._without_failed(draft, site, passed, tried)
 
-    def candidates(self, draft: Draft, site: GenerationSite, names: tuple[object, ...]) -> Iterator[Texts]:
-        """Yield candidate instructions, one plan after another, that pass the quality checks but are not tried."""
+    def candidates(
+        self, draft: Draft, site: GenerationSite, names: tuple[object, ...], accepts: Accepts | None = None
+    ) -> Iterator[Texts]:
+        """Yield candidate instructions, one plan after another, that pass the quality checks.
+
+        Args:
+            draft, site, names: see `arramon_dataset.generation.DraftWriter`.
+            accepts: called with the texts of each required language before those of the next one are written.
+        """
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
         planners = self._planner(draft.start, first, 1, site), self._planner(end, second, 2, site)
@@ -115,7 +129,7 @@ class InstructionWriter:
             if plan is None:
                 return  # All draws failed; further ones would fail too.
             routes = routes or [turn.tokens() for turn in planners]
-            texts = self._write(draft, plan, routes, (*names, number), manner)
+            texts = self._write(partial(_write_in, draft, plan, routes, manner), (*names, number), accepts)
             if texts is not None:
                 yield texts
 
@@ -127,45 +141,60 @@ class InstructionWriter:
         return kept
 
     def _write(
-        self, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...], manner: Manner
+        self,
+        write: Callable[[str, tuple[object, ...]], tuple[Instructions, Instructions] | None],
+        names: tuple[object, ...],
+        accepts: Accepts | None,
     ) -> Texts | None:
-        """Return the plan's texts in all languages that express it, or None if a required one does not."""
+        """Return a plan's texts in all languages that express it, or None if a required one does not.
+
+        `write` returns the texts in the language of a code by the names of a seed.
+        """
+
+        def first_of(code: str, drawings: int) -> tuple[Instructions, Instructions] | None:
+            seeds = (names, *((*names, number) for number in range(1, drawings)))
+            return next(filter(None, (write(code, seed) for seed in seeds)), None)
+
         texts = {}
         for code in self._languages:
-            written = _write_in(code, draft, plan, routes, names, manner)
-            if written is None:
+            written = first_of(code, DRAWINGS)
+            if written is None or not (accepts is None or accepts(code, written)):
                 return None
             texts[code] = written
         for code in self._further:
-            seeds = (names, *((*names, n) for n in FURTHER))
-            drafts = (_write_in(code, draft, plan, routes, seed, manner) for seed in seeds)
-            written = next(filter(None, drafts), None)
+            written = first_of(code, FURTHER_DRAWINGS)
             if written is not None:
                 texts[code] = written
         return dict(sorted(texts.items())) if self._further else texts
 
-    def _passes_in_all_languages(self, draft: Draft, site: GenerationSite, texts: Texts) -> bool:
-        """Return whether the follower succeeds in every required language.
+    def _succeeds(
+        self,
+        draft: Draft,
+        site: GenerationSite,
+        passed: set[Readings],
+        code: str,
+        written: tuple[Instructions, Instructions],
+    ) -> bool:
+        """Return whether the follower succeeds with a language's texts.
 
-        The follower acts on a text's meaning alone, so languages whose texts have equal meanings are tried once.
+        The follower acts on a text's meaning alone, so texts with equal meanings are tried once: `passed` are those
+        with which it has succeeded in this draft, to which this one is added.
         """
-        episode = draft.with_instructions(texts)
-        world = site.in_episode(episode.layout)
-        first_of = {_readings(texts[code], code): code for code in reversed(self._languages)}
-        return all(self._passes(episode, code, world) for code in first_of.values())
+        read = _readings(written, code)
+        if read not in passed:
+            episode = draft.with_instructions({code: written})
+            if not self._passes(episode, code, site.in_episode(episode.layout)):
+                return False
+            passed.add(read)
+        return True
 
-    def _without_failed(self, draft: Draft, site: GenerationSite, texts: Texts) -> Texts:
+    def _without_failed(self, draft: Draft, site: GenerationSite, passed: set[Readings], texts: Texts) -> Texts:
         """Return the texts without those of further languages with which the follower fails."""
-        passed = {_readings(texts[code], code) for code in self._languages}
-        episode = draft.with_instructions(texts)
-        failed = [
-            code
-            for code in self._further
-            if code in texts
-            and _readings(texts[code], code) not in passed
-            and not self._passes(episode, code, site.in_episode(episode.layout))
-        ]
-        return {code: text for code, text in texts.items() if code not in failed}
+        return {
+            code: written
+            for code, written in texts.items()
+            if code not in self._further or self._succeeds(draft, site, passed, code, written)
+        }
 
     def _passes(self, episode: Episode, code: str, world: EpisodeWorld) -> bool:
         scores = play_or_stop_early(self.make_follower(), episode, code, world, EarlyStop(episode.turns, MIN_NDTW))
@@ -321,7 +350,7 @@ def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Ass
 
 
 def _write_in(
-    code: str, draft: Draft, plan: Plan, routes: Sequence[Tokens], names: tuple[object, ...], manner: Manner
+    draft: Draft, plan: Plan, routes: Sequence[Tokens], manner: Manner, code: str, names: tuple[object, ...]
 ) -> tuple[Instructions, Instructions] | None:
     """Return a plan's texts in one language, or None if a text fails a check."""
     voice = lang.load(code).draw_voice(seeded(*names, code, "voice"), manner)
@@ -364,7 +393,7 @@ def initial_turn_angle(actions: tuple[Action, ...]) -> float:
     return abs(turned)
 
 
-def _readings(texts: tuple[Instructions, Instructions], code: str) -> tuple[Meaning | str, ...]:
+def _readings(texts: tuple[Instructions, Instructions], code: str) -> Readings:
     """Return the meanings of a language's texts; the text itself if it cannot be read."""
     speech = lang.load(code)
     read: list[Meaning | str] = []

@@ -1,6 +1,7 @@
 """Planning of valid navigation instructions for one turn of a draft."""
 
 from dataclasses import replace
+from random import Random
 
 from arramon_dataset.alignment.route_tokens import Tokens, tokens_of
 from arramon_dataset.generation.site import GenerationSite
@@ -10,10 +11,14 @@ from arramon_dataset.instructions.navigation.plan import plan_navigation
 from arramon_dataset.instructions.visible_landmarks import find_landmarks, poses_along
 from arramon_dataset.paraphrases.route_facts import facts_along
 from arramon_dataset.randomness import seeded
+from arramon_lang.coreference import mentions, things_of
 from arramon_lang.meaning import Navigation, Step, Walk
 from arramon_lang.writing.voice import Manner, draw_manner
 from arramon_server.episodes.episode import Turn
 from arramon_server.sim.geometry import Pose
+
+OMITTED_PASSING = 0.6
+"""Probability of leaving out a walk past a thing that the way does not need; divided by how much a speaker says."""
 
 
 def manner_of(names: tuple[object, ...]) -> Manner:
@@ -73,7 +78,34 @@ class TurnPlanner:
         if meaning is None or faults_of_navigation(meaning, self._world):
             return None
         brief = _without_idle_walks(meaning)
-        return meaning if brief == meaning or faults_of_navigation(brief, self._world) else brief
+        meaning = meaning if brief == meaning or faults_of_navigation(brief, self._world) else brief
+        return self._without_needless_passing(meaning, random, OMITTED_PASSING / manner_of(names[:-2]).says_more)
+
+    def _without_needless_passing(self, meaning: Navigation, random: Random, share: float) -> Navigation:
+        """Return a meaning without some walks past things that the way does not need, each with a probability."""
+        number = 0
+        while number < len(meaning.steps) - 1:
+            step, after = meaning.steps[number : number + 2]
+            is_plain = isinstance(step, Walk) and step.way == "past" and not _is_referred_to(number, meaning)
+            if is_plain and random.random() < share:
+                onward = replace(after, straight=False) if isinstance(after, Walk) else after
+                brief = replace(meaning, steps=(*meaning.steps[:number], onward, *meaning.steps[number + 2 :]))
+                if not faults_of_navigation(brief, self._world):
+                    meaning = brief
+                    continue
+            number += 1
+        return meaning
+
+
+def _is_referred_to(number: int, meaning: Navigation) -> bool:
+    """Return whether a later step names a thing of this step again, or another of its kind as "the next" one."""
+    step, later = meaning.steps[number], replace(meaning, steps=meaning.steps[number + 1 :])
+    here = things_of(step)
+    return any(
+        thing.identity == other.identity or (thing.kind == other.kind and other.which != "")
+        for thing in here
+        for other in mentions(later)
+    )
 
 
 def _without_idle_walks(meaning: Navigation) -> Navigation:

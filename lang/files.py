@@ -109,11 +109,11 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("things", "whiches"): frozenset(WHICHES),
     ("things", "looks"): frozenset(_LOOKS),
     **{("things", "looks", kind): frozenset(looks) for kind, looks in _LOOKS.items()},
-    ("phrases", "target"): frozenset(("clause", "sentences", "alone", "same")),
+    ("phrases", "target"): frozenset(("clause", "sentences", "alone", "purpose", "same")),
     ("phrases", "assembly"): frozenset(("turn", "place", "place it")),
     ("phrases", "joins"): frozenset(
         (
-            *("sentence", "assembly", "first", "later", "last"),
+            *("sentence", "purpose", "assembly", "first", "later", "last"),
             *("where", "where of more", "where of you", "where of room", "where after clause", "nested where"),
         )
     ),

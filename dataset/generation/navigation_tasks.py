@@ -69,13 +69,13 @@ TWIN_TRIED = 60
 IN_VIEW = 60.0
 """Maximum angle from the first heading at which the twin is preferred, in degrees: a look to both sides shows it."""
 
-WINDING = 2
-"""Number of candidate targets, of which the one with the shortest straight-line distance from the start is taken: its
-path has the most turns, as in the original."""
+STRAIGHT = 2
+"""Number of candidate targets, of which the one with the longest straight-line distance from the start is taken: half
+of the original's paths have no bend, and their ends are as far apart as 0.87 of their length, on average."""
 
-FIRST_TURNS_KEPT = (15, 50, 100, 100, 100, 100, 100)
-"""Percentage of paths kept, by the number of turns before the first step: otherwise fewer paths than in the original
-would begin with a turn."""
+FIRST_TURNS_KEPT = ((5, 90, 65, 30, 85, 100, 40), (30, 30, 55, 100, 85, 90, 100))
+"""Percentage of paths kept in turn 1 and turn 2, by the number of turns before the first step, for the original's
+distributions."""
 
 MAX_ACTIONS = STEPS_PER_PHASE - 10
 """Maximum number of actions of a ground truth, which leaves agents a margin for mistakes."""
@@ -151,7 +151,7 @@ class NavigationTaskSampler:
         if place is None:
             return None
         actions = self._planner.actions(start, place, self._planner.field(*place))
-        if not actions or random.randrange(100) >= FIRST_TURNS_KEPT[_turns_first(actions)]:
+        if not actions or random.randrange(100) >= FIRST_TURNS_KEPT[turn - 1][_turns_first(actions)]:
             return None
         actions = with_sidesteps(self.ground, start, actions, place, random)
         if len(actions) > MAX_ACTIONS:
@@ -194,8 +194,8 @@ class NavigationTaskSampler:
             fitting = preferred
         if not len(fitting):
             return None
-        drawn = [self._places[fitting[random.randrange(len(fitting))]].tolist() for _ in range(WINDING)]
-        x, z = min(drawn, key=lambda place: (round(math.dist(place, (start.x, start.z)), 6), place))
+        drawn = [self._places[fitting[random.randrange(len(fitting))]].tolist() for _ in range(STRAIGHT)]
+        x, z = max(drawn, key=lambda place: (round(math.dist(place, (start.x, start.z)), 6), place))
         return x, z
 
     def _twin(
@@ -269,7 +269,7 @@ def lattice(ground: ClearanceRaster, section: Section) -> Points:
 def _turns_first(actions: Sequence[Action]) -> int:
     """Return the number of turns before the first step, at most that of turning around."""
     first = actions.index(Action.FORWARD) if Action.FORWARD in actions else len(actions)
-    return min(first, len(FIRST_TURNS_KEPT) - 1)
+    return min(first, len(FIRST_TURNS_KEPT[0]) - 1)
 
 
 def draw_length(random: Random) -> int:

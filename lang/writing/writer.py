@@ -39,7 +39,10 @@ PAIRED_PROBABILITY = 0.85
 ON_TO_PROBABILITY = 0.3
 """Probability of "past the cone to the bench", where the language can say so."""
 
-WALKS_APART_PROBABILITY = 0.75
+PURPOSE_PROBABILITY = 0.05
+"""Probability of "go past the bench to pick up the mug", in a language that has it, where they share a sentence."""
+
+WALKS_APART_PROBABILITY = 0.95
 """Probability that a sentence ends between two walks."""
 
 MIN_WORDS = 6
@@ -342,7 +345,8 @@ class _Draft(Phraser):
         can_be_subordinate = {
             label for label, clause in zip(labels, clauses, strict=False) if self._patterns(clause, subordinate=True)
         }
-        joins = self.fitting(self.grammar.joins["sentence"], labels)
+        key = "purpose" if target is not None and self._is_for(clauses[-1], target) else "sentence"
+        joins = self.fitting(self.grammar.joins[key], labels)
         join = self.pick([join for join in joins if _subordinate_labels(join) <= can_be_subordinate], "join")
         marks = {part.name: self.grammar.features_of(part.marks) for part in join.body if isinstance(part, Slot)}
         fillers = {
@@ -350,8 +354,16 @@ class _Draft(Phraser):
             for label, clause in zip(labels, clauses, strict=False)
         }
         if target is not None:
-            fillers[labels[-1]] = constant(self._target(target, self.grammar.target["clause"], marks[labels[-1]])[0])
+            patterns = self.grammar.target["purpose" if key == "purpose" else "clause"]
+            fillers[labels[-1]] = constant(self._target(target, patterns, marks[labels[-1]])[0])
         return self.render(join, fillers, self.features)
+
+    def _is_for(self, clause: Clause, target: Thing) -> bool:
+        """Return whether a clause is followed by picking up the target as its purpose, by chance."""
+        if "purpose" not in self.grammar.joins or clause.key in NOT_REACHED:
+            return False
+        is_named = any(isinstance(value, Thing) and value.is_same(target) for value in clause.slots.values())
+        return not is_named and self.random.random() < PURPOSE_PROBABILITY
 
     def _add_opening(self, place: str, body: str) -> str:
         """Return a sentence, possibly with opening words for its place in the text ("first", "later" or "last")."""

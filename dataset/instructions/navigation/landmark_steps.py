@@ -32,22 +32,25 @@ AMBIGUITY_COST = 2.0
 COLLECTIBLE_COST, BUILDING_COST, SIGN_COST, COUNTED_COST, GROUP_COST = 6.0, 1.5, 2.5, -5.0, -6.0
 """Additional costs of naming a collectible other than the target, a building, a shop's sign, an ordinal, or a group."""
 
-GROUP_OTHERWISE = 2.0
+WINDOWS_COST, TOWARDS_COST = 2.0, 0.6
+"""Further costs of naming a building by its windows, and of a walk towards a thing rather than to it."""
+
+GROUP_OTHERWISE = 3.0
 """Additional cost of naming a group in a plan that does not prefer groups."""
 
-AT_COST = 1.0
+AT_COST = 1.5
 """Additional cost of a turn at a thing: people name it as something to pass, or to walk to, more often."""
 
-OFFSET_COST = 2.5
-"""Further cost of a turn before or after a thing: people say "at"."""
+OFFSET_COSTS = {"at": 0.0, "before": 3.2, "after": 1.8}
+"""Further costs of a turn at, before or after a thing: people say "at"."""
 
 SIDE_SHARE = 0.11
 """Probability of stating the side on which something is passed."""
 
-PAST_COST = 0.7
+PAST_COST = 1.2
 """Additional cost of a walk past a thing: people rather name what they walk to."""
 
-BETWEEN_COST = 0.0
+BETWEEN_COST = 1.8
 """Additional cost of a walk between two things."""
 
 GAP_WIDTH = (1.5, 7.0)
@@ -119,6 +122,7 @@ def _named(
     cost = (
         COLLECTIBLE_COST if kind in COLLECTIBLES else {"building": BUILDING_COST, "shop_sign": SIGN_COST}.get(kind, 0.0)
     )
+    cost += WINDOWS_COST * (landmark.label.look == "arched")
     if name is not None:
         return name[0], cost + (0.0 if name[1] else AMBIGUITY_COST)
     if kind == "building":
@@ -180,7 +184,7 @@ def _options(route: DescribedRoute, subject: _Subject) -> Iterator[StepOption]:
     distance = math.dist((pose.x, pose.z), (landmark.x, landmark.z))
     for way, near in REACHED_WITHIN.items():
         if distance - near > 2.0:
-            cost = 1.0
+            cost = 1.0 + TOWARDS_COST * (way == "towards")
             yield from subject.option(route, Walk(way, (name,)), straight.ahead(distance - near), cost)
 
 
@@ -203,7 +207,7 @@ def _turns(route: DescribedRoute, subject: _Subject, word: str, end: Pose) -> It
     inexact = abs(turn_between(DEGREES[direction], rotation))
     if abs(rotation) > 25.0 and direction != "around" and inexact < 45.0:
         cost = inexact / 20.0 + (-1.0 if abs(rotation) > 50.0 else 0.7) + AT_COST
-        cost += 0.0 if word == "at" else OFFSET_COST
+        cost += OFFSET_COSTS[word]
         step = Rotate(direction, word, subject.name)
         yield from subject.option(route, step, end.turned(DEGREES[direction]), cost)
 

@@ -58,7 +58,7 @@ TRIED = 24
 UNTIL_SEEN = 0.4
 """Probability that a final straight walk refers to the target: "walk until you see the mug"."""
 
-ALONG_STREET = 0.3
+ALONG_STREET = 0.15
 """Probability of "walk down the street" before the first landmark on a street."""
 
 ENTERED_WITHIN = 4
@@ -108,10 +108,10 @@ PASSED_SHARE = 0.15
 UNMARKED_SHARE = 0.15
 """Probability of "go forward and turn left" rather than a turn at a street or a corner, where there is only one."""
 
-SLIGHT_SHARE = 0.75
+SLIGHT_SHARE = 1.0
 """Probability of a slight turn at the start, which one could do without."""
 
-PAIR_SHARE = 0.2
+PAIR_SHARE = 0.35
 """Probability of two things on the way together: "past the cone and the bench"."""
 
 PAIR_COST = -2.0

@@ -27,7 +27,7 @@ BUILDING_SHARE = 0.25
 COLLECTIBLE_LIKING = -4.0
 """Bonus for collectibles in the choice of a landmark, as units of distance: people seldom name a second one."""
 
-RELATION_WEIGHTS = {"behind": 100.0, "in_front_of": 15.0, "left_of": 12.0, "right_of": 10.0, "near": 12.0}
+RELATION_WEIGHTS = {"behind": 300.0, "in_front_of": 6.0, "left_of": 11.0, "right_of": 9.0, "near": 6.0}
 """Relative frequency of each relation where it holds: the rarer it holds, the higher, for people's shares."""
 
 AS_NEAR = 1.5
