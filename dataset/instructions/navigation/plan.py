@@ -380,8 +380,18 @@ class _Planner:
             yield (*turns, Walk(self._random.choice(ways), (thing,), straight=False))
 
     def _onward(self, waypoint: Waypoint, option: StepOption, wording: tuple[Step, ...]) -> tuple[Step, ...]:
-        """Return steps with a walk down the street, or just ahead, between a turn and their last step, by chance."""
+        """Return steps with a walk down the street, or just ahead, between a turn and their last step, by chance.
+
+        It is always said before a turn at another thing than the one that one faces.
+        """
         *before, last = wording
+        if (
+            before
+            and isinstance(before[-1], Face)
+            and isinstance(last, Rotate)
+            and last.thing not in (None, before[-1].thing)
+        ):
+            return (*before, Walk("ahead"), last)
         is_turned = isinstance(before[-1], Rotate) if before else waypoint.turned
         is_turn = isinstance(last, Rotate) and last.at != ""
         if not is_turned or not (is_turn or (isinstance(last, Walk) and last.way == "past")):
