@@ -50,7 +50,7 @@ SIDE_SHARE = 0.11
 PAST_COST = 1.2
 """Additional cost of a walk past a thing: people rather name what they walk to."""
 
-BETWEEN_COST = 1.8
+BETWEEN_COST = 1.3
 """Additional cost of a walk between two things."""
 
 GAP_WIDTH = (1.5, 7.0)

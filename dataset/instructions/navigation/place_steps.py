@@ -23,9 +23,9 @@ MAX_BEND = 25.0
 """Maximum angle between the path's next steps and its later direction once a turn is complete, in degrees."""
 
 NAMES: dict[str, tuple[tuple[str, int], ...]] = {
-    "crossing": (("intersection", 18), ("corner", 3), ("street", 4)),
+    "crossing": (("intersection", 18), ("corner", 3), ("street", 7)),
     "t_junction": (("t_junction", 6), ("intersection", 4), ("street_end", 1), ("corner", 2)),
-    "side street": (("intersection", 10), ("street", 8), ("corner", 3)),
+    "side street": (("intersection", 10), ("street", 12), ("corner", 3)),
     "alley": (("alley", 3), ("corner", 1)),
     "bend": (("corner", 4), ("street_end", 1)),
     "fork": (("intersection", 4), ("corner", 1), ("street", 1)),

@@ -11,11 +11,11 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "80f0b95c8ca7264412776c4d78b8b85a5685228a2c62bf65cd0df50bbc703180",
-    "digest": "68de508486861beb12781f3528a8e2ceb4a6b557c9e1966adfb59c4e1c28c7ee",
-    "places": "46f3a8a151f6ead5c26cf9942d7c2477c29a103f373e2fb6e158c5fe98d5f032",
-    "scores": "1742c6f2188af53aed3302c584fafbe712706d9627b13a70130493e1e4adecd2",
-    "blocked": 243,
+    "data": "4b7146efd9ed071ee5998dc5e6d2dcd31b8bdd14824105fbfefb46866b95c7ce",
+    "digest": "61f12a680d8f84b797479019eec8f4aa9ecb565da82fd6f1b0a5bae8099e7cad",
+    "places": "01dff54dfe6422086845db7833f593ac563dc86b07d47beaaea911b585dfdf99",
+    "scores": "c92f808b3a392b5a5c1d14052a58c8cc7003fe3b33c9002982fdfa132429da73",
+    "blocked": 270,
 }
 """What `tests.wanderer` prints. A change of street plans, phrases or planners changes it: then renew it."""
 
