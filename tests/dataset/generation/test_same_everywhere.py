@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "4b7146efd9ed071ee5998dc5e6d2dcd31b8bdd14824105fbfefb46866b95c7ce",
-    "digest": "61f12a680d8f84b797479019eec8f4aa9ecb565da82fd6f1b0a5bae8099e7cad",
+    "data": "3cf611cf2d2fbc6b36af9522a14739980fefd844f52ab4889c54234c0e4872df",
+    "digest": "901493b01d53c2686a3c2a2f6b645815c6d49276e21054cba651c64a5a971b3c",
     "places": "01dff54dfe6422086845db7833f593ac563dc86b07d47beaaea911b585dfdf99",
     "scores": "c92f808b3a392b5a5c1d14052a58c8cc7003fe3b33c9002982fdfa132429da73",
     "blocked": 270,
