@@ -67,7 +67,9 @@ def test_clauses_that_read_as_a_part_of_the_one_before() -> None:
     for text in written(Navigation(steps, MUG), 80):
         assert not re.search(r"until you pass [^.,]* and turn", text, re.IGNORECASE), text
         assert len(re.findall(r"\bcontinu", text, re.IGNORECASE)) < 3, text
-        assert not re.search(r"\ba (\w+ )*tree and (?!an? |the |(turn|go|head|bear|veer|take|make) )", text, re.IGNORECASE), text
+        assert not re.search(
+            r"\ba (\w+ )*tree and (?!an? |the |(turn|go|head|bear|veer|take|make) )", text, re.IGNORECASE
+        ), text
 
 
 def test_the_room() -> None:
