@@ -1,7 +1,7 @@
 """Simulated walks without images: labelled decisions for training the policy, and scores of walks."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -211,22 +211,38 @@ def walk(
     guide = CourseGuide(course, rows, body, body.frame)
     policy = RecordedPolicy(guide, random, option_values, astray)
     navigator = MapNavigator(body, rows, policy, course.turn)
+    path, picked = act_until_picked(course, body, navigator.act)
+    return WalkResult(np.array(path), picked, policy.decisions, body)
+
+
+def act_until_picked(
+    course: Course, body: SimulatedBody, act: Callable[[int], Action]
+) -> tuple[list[tuple[float, float]], int | None]:
+    """Play the navigation phase of a course until an object is picked up or no step is left.
+
+    Args:
+        course: the course.
+        body: the agent's body.
+        act: returns the next action from the number of steps that are left.
+
+    Returns:
+        The distinct positions (x, z) in units, and the index of the object; None if none was picked up.
+    """
     path = [body.frame.to_world(body.x, body.z)]
-    picked = None
     for left in range(STEPS_PER_PHASE, 0, -1):
         body.observe()
-        action = navigator.act(left)
+        action = act(left)
         if action is Action.INTERACT:
             picked = picked_item(course, body)
             if picked is not None:
-                break
+                return path, picked
             body.record_action(None)
             continue
         body.apply(action)
         here = body.frame.to_world(body.x, body.z)
         if math.dist(here, path[-1]) > 1e-6:
             path.append(here)
-    return WalkResult(np.array(path), picked, policy.decisions, body)
+    return path, None
 
 
 def picked_item(course: Course, body: SimulatedBody) -> int | None:

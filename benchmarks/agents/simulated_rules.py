@@ -30,9 +30,9 @@ from arramon_agents.reading.reader.reader import load as load_reader
 from arramon_agents.reading.reader.slots import meaning_of
 from arramon_agents.simulated.body import PerceptionErrorRates, SimulatedBody
 from arramon_agents.simulated.courses import Course, courses_of
-from arramon_agents.simulated.walks import picked_item
+from arramon_agents.simulated.walks import act_until_picked
 from arramon_client.agent import Action
-from arramon_client.world import HEADINGS, NAVIGATION, STEPS_PER_PHASE
+from arramon_client.world import HEADINGS, NAVIGATION
 from arramon_lang.meaning import Navigation
 from arramon_server.episodes.splits import read_named_split
 from arramon_server.scoring.metrics import ndtw
@@ -106,22 +106,14 @@ def walk_episode(name: str, courses: Sequence[Course], settings: Settings) -> It
 
 def walk_turn(name: str, course: Course, body: SimulatedBody, player: PhasePlayer) -> WalkedTurn:
     """Walk one turn with a player, until it picks up an object or has no step left."""
-    path = [body.frame.to_world(body.x, body.z)]
-    picked, notes = None, []
-    for left in range(STEPS_PER_PHASE, 0, -1):
-        body.observe()
+    notes: list[str] = []
+
+    def act(left: int) -> Action:
         action = player.act(left)
         notes.append(f"{action.name} {json.dumps(player.intent())}")
-        if action is Action.INTERACT:
-            picked = picked_item(course, body)
-            if picked is not None:
-                break
-            body.record_action(None)
-            continue
-        body.apply(action)
-        here = body.frame.to_world(body.x, body.z)
-        if math.dist(here, path[-1]) > 1e-6:
-            path.append(here)
+        return action
+
+    path, picked = act_until_picked(course, body, act)
     far = math.dist(path[-1], course.target)
     values = ndtw(path, [tuple(each) for each in course.path.tolist()]), float(far < 3.0), float(picked == 0)
     return WalkedTurn(name, course.turn, dict(zip(METRICS, values, strict=True)), path, picked, notes)
