@@ -255,7 +255,9 @@ def test_no_page_or_download_shows_more_digits_than_the_split_allows(doors: Door
         if kind == "application/json":
             check_data(doors, path, json.loads(text))
         elif kind == "text/html":
-            assert [number for number in re.findall(r"\d\.\d{3,}", text) if number in doors.exact] == [], path
+            # Seconds per step are measured: by chance, one may have the digits of an exact mean.
+            untimed = re.sub(r'(?s)<caption id="costs">.*?</table>|\d\.\d+ (?:s|सेकंड)(?!\w)', "", text)
+            assert [number for number in re.findall(r"\d\.\d{3,}", untimed) if number in doors.exact] == [], path
             assert re.findall(r"(?<![\d.])[01]\.[1-9]\d{4,}", text) == [], path  # times of a step are less
             for link in re.findall(r'href="(/[^"#]*)', text):
                 there = link.replace("&amp;", "&")
