@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -12,6 +13,10 @@ from arramon_client.local.lifeline import end_with_parent
 from arramon_server.errors import ArraMonError, BadInput
 
 MAX_JOBS = 256
+
+TERMINATED_AFTER = 3.0
+"""Seconds until a process of a pool ends by SIGTERM. Service managers send it to all processes of a group: the parent
+must stop the work before its processes are gone. They end as soon as it has ended."""
 
 
 def processes_of(jobs: int) -> int:
@@ -50,8 +55,15 @@ def process_pool(
 
 
 def _begin(begin: Callable[..., object] | None, arguments: tuple[object, ...]) -> None:
-    """End this process with its parent, however that ends, and leave keyboard interrupts to it; then call `begin`."""
+    """End this process with its parent, however that ends, and leave signals to it; then call `begin`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end_later)
     end_with_parent()
     if begin is not None:
         begin(*arguments)
+
+
+def _end_later(number: int, frame: object) -> None:  # noqa: ARG001 - what a signal's handler is called with
+    """End this process after TERMINATED_AFTER seconds."""
+    time.sleep(TERMINATED_AFTER)
+    os._exit(128 + number)

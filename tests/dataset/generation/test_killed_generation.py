@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -51,14 +52,16 @@ def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_terminated_generation_says_so_in_one_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("end", [os.kill, os.killpg], ids=["its process", "its group"])
+def test_terminated_generation_says_so_in_one_line(tmp_path: Path, end: Callable[[int, int], None]) -> None:
+    """Service managers signal all processes of a group."""
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
-    generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True)
+    generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
     assert generation.stderr is not None
     for _ in range(2):
         assert generation.stderr.readline().startswith("val_unseen: ")
 
-    generation.terminate()
+    end(generation.pid, signal.SIGTERM)
     said = generation.stderr.read().splitlines()
 
     assert generation.wait() == 128 + signal.SIGTERM
