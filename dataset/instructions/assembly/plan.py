@@ -162,7 +162,9 @@ def _draw(turns: tuple[str, ...], cell: RoomPosition, namer: ObjectNamer, random
     simple = _simplified(where)
     if simple != where and _is_unambiguous(Assembly(turns, thing, simple), cell, namer):
         where = simple
-    order = {"wall": -1 if random.random() < WALL_FIRST else 1, "you": 0.5}
+    # "Against the wall, in front of you" would say that the wall is in front of the reader.
+    is_wall_first = random.random() < WALL_FIRST and all(each.things[0].kind != "you" for each in where)
+    order = {"wall": -1 if is_wall_first else 1, "you": 0.5}
     where = tuple(sorted(where, key=lambda each: order.get(each.things[0].kind, 0)))
     return Assembly(turns, thing, where)
 

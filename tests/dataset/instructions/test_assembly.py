@@ -47,6 +47,18 @@ def test_following_a_plan_places_the_object_correctly() -> None:
     assert planned >= 57
 
 
+def test_no_wall_is_said_to_be_in_front_of_the_reader() -> None:
+    """As in "against the striped wall, in front of you"."""
+    pairs = Counter[str]()
+    for type_, place, room, number in tasks(300):
+        meaning = plan_assembly(type_, place, room, seeded("walls", number))
+        kinds = [where.things[0].kind for where in meaning.where] if meaning is not None else []
+        if {"wall", "you"} <= set(kinds):
+            pairs["you first" if kinds.index("you") < kinds.index("wall") else "wall first"] += 1
+    assert pairs["you first"] > 3
+    assert pairs["wall first"] == 0
+
+
 def test_plan_wording_frequencies_are_within_human_ranges() -> None:
     counts: Counter[str] = Counter()
     landmarks: Counter[int] = Counter()
