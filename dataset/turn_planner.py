@@ -62,7 +62,7 @@ class TurnPlanner:
 
     def _draw(self, names: tuple[object, ...]) -> Navigation | None:
         turn, check = self.turn, NavigationCheck(self._world)
-        random = seeded(*names)
+        random, manner = seeded(*names), manner_of(names[:-2])
         meaning = plan_navigation(
             turn.path,
             self._poses,
@@ -72,14 +72,14 @@ class TurnPlanner:
             random,
             self.site.graph,
             check,
-            manner_of(names[:-2]),
+            manner,
             names[-1] == 1,
         )
         if meaning is None or faults_of_navigation(meaning, self._world):
             return None
         brief = _without_idle_walks(meaning)
         meaning = meaning if brief == meaning or faults_of_navigation(brief, self._world) else brief
-        return self._without_needless_passing(meaning, random, OMITTED_PASSING / manner_of(names[:-2]).says_more)
+        return self._without_needless_passing(meaning, random, OMITTED_PASSING / manner.says_more)
 
     def _without_needless_passing(self, meaning: Navigation, random: Random, share: float) -> Navigation:
         """Return a meaning without some walks past things that the way does not need, each with a probability."""
