@@ -3,9 +3,12 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import accumulate
 from typing import Any
 
 from arramon_lang.patterns import (
+    Alternatives,
     Pattern,
     Sequence,
     parse,
@@ -51,8 +54,14 @@ JOINS = (
     *("where", "where of more", "where after clause", "nested where"),
 )
 
+FORMS_KEPT = 16384
+"""Maximum number of inflected forms that are remembered."""
+
 Features = Mapping[str, str]
 """Values of grammatical axes: {"case": "oblique", "gender": "feminine"}."""
+
+Options = tuple[list[Sequence], list[float]]
+"""Alternative sequences, and their cumulative weights."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,9 +84,14 @@ class Lexeme:
         """Return the most specific form whose marks all hold, or None if no form fits."""
         if len(self.forms) == 1 and not self.forms[0][0]:
             return self.forms[0][1]
-        values = set(features.values()) | {value for _, value in self.given}
-        fitting = [(len(marks), text) for marks, text in self.forms if marks <= values]
-        return max(fitting, key=lambda each: each[0])[1] if fitting else None
+        return _form_with(self, tuple(features.values()))
+
+
+@lru_cache(maxsize=FORMS_KEPT)
+def _form_with(word: Lexeme, features: tuple[str, ...]) -> str | None:
+    values = {*features, *(value for _, value in word.given)}
+    fitting = [(len(marks), text) for marks, text in word.forms if marks <= values]
+    return max(fitting, key=lambda each: each[0])[1] if fitting else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +160,7 @@ class Grammar:
         self._slots: frozenset[str] = frozenset(self.words)
         self._introduced: dict[int, tuple[Sequence, frozenset[str]]] = {}
         self._slots_of: dict[int, tuple[Sequence, tuple[frozenset[str], frozenset[str]]]] = {}
+        self._options: dict[tuple[int, frozenset[str]], tuple[Alternatives, Options]] = {}
         self._expressed: dict[tuple[int, frozenset[str], frozenset[str]], tuple[Sequence, bool]] = {}
         self._worded: dict[tuple[int, tuple[tuple[str, str], ...]], tuple[Sequence, bool]] = {}
         self.tables = {
@@ -230,6 +245,30 @@ class Grammar:
                 (required_slots(body, fillable), possible_slots(body, fillable)),
             )
         return known[1]
+
+    def fullest_options(self, choice: Alternatives, content: frozenset[str]) -> Options:
+        """Return the options of one of the grammar's alternatives that fill the most slots, with cumulative weights.
+
+        Args:
+            choice: the alternatives.
+            content: names of the slots that can be filled; an option with others is left out.
+        """
+        key = id(choice), content
+        known = self._options.get(key)
+        if known is None:
+            known = self._options[key] = choice, self._fullest_options(choice, content)
+        return known[1]
+
+    def _fullest_options(self, choice: Alternatives, content: frozenset[str]) -> Options:
+        weights = choice.weights or (1.0,) * len(choice.options)
+        allowed = [
+            (option, weight)
+            for option, weight in zip(choice.options, weights, strict=True)
+            if weight and self.slots_of(option)[0] <= content
+        ]
+        most = max(len(self.slots_of(option)[1] & content) for option, _ in allowed)
+        fullest = [(option, weight) for option, weight in allowed if len(self.slots_of(option)[1] & content) == most]
+        return [option for option, _ in fullest], list(accumulate(weight for _, weight in fullest))
 
     def expresses(self, pattern: Pattern, content: frozenset[str], filled: frozenset[str]) -> bool:
         """Return whether one of the grammar's patterns expresses exactly the content with the tables that are filled.

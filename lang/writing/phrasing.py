@@ -145,21 +145,15 @@ class Phraser:
 
     def _option(self, choice: Alternatives, content: Iterable[str]) -> Sequence:
         """Draw one of the options that fill the most slots, among those whose slots can all be filled."""
-        content, slots_of = frozenset(content), self.grammar.slots_of
-        weights = choice.weights or (1.0,) * len(choice.options)
-        allowed = [
-            (option, weight)
-            for option, weight in zip(choice.options, weights, strict=True)
-            if weight and slots_of(option)[0] <= content
-        ]
-        most = max(len(slots_of(option)[1] & content) for option, _ in allowed)
-        fullest = [(option, weight) for option, weight in allowed if len(slots_of(option)[1] & content) == most]
-        (chosen,) = self.random.choices([option for option, _ in fullest], [weight for _, weight in fullest])
+        options, bounds = self.grammar.fullest_options(choice, frozenset(content))
+        (chosen,) = self.random.choices(options, cum_weights=bounds)
         return chosen
 
     def table_fillers(self, content: Mapping[str, Value]) -> dict[str, Filler]:
         """Return a filler for each table's slot, if the table has a wording for the given value."""
         fillers: dict[str, Filler] = {}
+        if not any(isinstance(value, str) for value in content.values()):
+            return fillers
         for slot, table in self.grammar.tables.items():
             value = content.get(table.attribute)
             if isinstance(value, str) and value in table.values:
