@@ -65,6 +65,9 @@ Texts = Mapping[str, tuple[Instructions, Instructions]]
 Accepts = Callable[[str, tuple[Instructions, Instructions]], bool]
 """Whether a language's texts may be used; the arguments are its code and the texts."""
 
+Write = Callable[[lang.Language, Meaning, Random, Voice], str]
+"""A method of `Language` that writes a text: `write` or `draft`."""
+
 Readings = tuple[Meaning | str, ...]
 """Meanings of a language's texts; the text itself where it cannot be read."""
 
@@ -117,7 +120,8 @@ class InstructionWriter:
 
         Args:
             draft, site, names: see `arramon_dataset.generation.DraftWriter`.
-            accepts: called with the texts of each required language before those of the next one are written.
+            accepts: called with the texts of each required language before those of the next one are written, and
+                before all of them with a draft in the first language.
         """
         first, second = draft.turns
         end = poses_along(draft.start, first.path, first.actions)[-1]
@@ -129,7 +133,14 @@ class InstructionWriter:
             if plan is None:
                 return  # All draws failed; further ones would fail too.
             routes = routes or [turn.tokens() for turn in planners]
-            texts = self._write(partial(_write_in, draft, plan, routes, manner), (*names, number), accepts)
+            write, seed = partial(_write_in, draft, plan, routes, manner), (*names, number)
+            if accepts is not None:
+                # The follower fails with half of all plans, whatever their words: so with a draft first.
+                code = self._languages[0]
+                drafted = write(code, seed, lang.Language.draft)
+                if drafted is not None and not accepts(code, drafted):
+                    continue
+            texts = self._write(write, seed, accepts)
             if texts is not None:
                 yield texts
 
@@ -350,26 +361,34 @@ def _assembly(turn: Turn, room: tuple[PlacedObject, ...], random: Random) -> Ass
 
 
 def _write_in(
-    draft: Draft, plan: Plan, routes: Sequence[Tokens], manner: Manner, code: str, names: tuple[object, ...]
+    draft: Draft,
+    plan: Plan,
+    routes: Sequence[Tokens],
+    manner: Manner,
+    code: str,
+    names: tuple[object, ...],
+    write: Write = lang.Language.write,
 ) -> tuple[Instructions, Instructions] | None:
     """Return a plan's texts in one language, or None if a text fails a check."""
     voice = lang.load(code).draw_voice(seeded(*names, code, "voice"), manner)
     turns = []
     for number, (turn, meanings, route) in enumerate(zip(draft.turns, plan, routes, strict=True), start=1):
-        navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number))
+        navigation = _phrase(code, "navigation", turn, meanings[0], voice, (*names, code, number), write)
         if navigation is None or contradicts_route(navigation, code, route):
             return None
-        assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number))
+        assembly = _phrase(code, "assembly", turn, meanings[1], voice, (*names, code, number), write)
         if assembly is None:
             return None
         turns.append(Instructions(navigation, assembly))
     return turns[0], turns[1]
 
 
-def _phrase(code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...]) -> str | None:
+def _phrase(
+    code: str, phase: str, turn: Turn, meaning: Meaning, voice: Voice, names: tuple[object, ...], write: Write
+) -> str | None:
     """Return one instruction, or None if it cannot be expressed or fails a blocking check."""
     try:
-        text = lang.load(code).write(meaning, seeded(*names, phase), voice)
+        text = write(lang.load(code), meaning, seeded(*names, phase), voice)
     except ValueError:
         return None  # The language cannot express a part, such as a number of paces; another plan may not need it.
     target = turn.target.type

@@ -129,6 +129,17 @@ class Language:
         """
         return self._writer.write(meaning, random, voice)
 
+    def draft(self, meaning: Meaning, random: Random, voice: Voice) -> str:
+        """Return a text that expresses the meaning in the first words that come: in a fifth of the time of `write`.
+
+        Args:
+            meaning, random, voice: as for `write`.
+
+        Raises:
+            ValueError: as `write` does.
+        """
+        return self._writer.draft(meaning, random, voice)
+
     def draw_voice(self, random: Random, manner: Manner | None = None) -> Voice:
         """Draw a speaker, whose register, nouns and habits stay the same in all texts; the manner is drawn if None."""
         return draw_voice(self.grammar, random, manner)

@@ -107,6 +107,14 @@ class Writer:
         wanted = random.choice(DRAFT_COUNTS[phase]) if self._preferences is None else PREFERRED_DRAFTS[phase]
         return self._chosen(self.drafts(meaning, random, voice, wanted), phase, random, voice)
 
+    def draft(self, meaning: Meaning, random: Random, voice: Voice) -> str:
+        """Return the first draft that passes the checks, or the one with the fewest faults.
+
+        Raises:
+            ValueError: as `write` does.
+        """
+        return self.drafts(meaning, random, voice, 1)[0]
+
     def drafts(self, meaning: Meaning, random: Random, voice: Voice, wanted: int) -> list[str]:
         """Return up to `wanted` texts that pass the checks; if none passes, the one with the fewest faults.
 

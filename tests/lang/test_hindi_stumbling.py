@@ -16,6 +16,7 @@ MUG = Thing("mug", "red", "striped", identity="9")
 KIOSK, CONE = Thing("kiosk", "blue", identity="1"), Thing("cone", "red", identity="2")
 BENCH, TYRES = Thing("bench", identity="3"), Thing("tyre_stack", identity="4")
 CAR, ARCHED = Thing("car", "blue", identity="7"), Thing("building", look="arched", identity="8")
+BARRIERS, TREE = Thing("barrier", number="two", identity="11"), Thing("tree", identity="12")
 CROSSROADS = Thing("intersection", identity="10", arms=4)
 END, CORNER = Thing("street_end", identity="5"), Thing("corner", identity="6")
 
@@ -51,6 +52,10 @@ def found(texts: list[str], pattern: str) -> list[str]:
         ((Walk("until", (CONE,)), Rotate("left")), "(चलते|बढ़ते) (रह|जा)[^ ।,]* और "),
         ((Rotate("around"), Face(CONE), Walk("past", (CONE,)), Rotate("left")), "उस(के|की|से) [^।]*उसके बाद|ी, उसके बाद"),
         ((Walk("past", (CONE,)),), "लीजिएगा|उठा लेना|रेत घड़ी"),
+        ((Walk("past", (CONE,)),), "(गुज़र|निकल|बढ़)(?!कर)[^ ।,]*[।,] वहाँ जो"),
+        ((Walk("past", (replace(TREE, which="first"),)),), "(^|[।,] |और |फिर )पहले पेड़"),
+        ((Walk("to", (MUG,)),), "(मग|कप) आने"),
+        ((Walk("to", (BARRIERS,)),), "दोनों [^।,]*ों तक"),
         ((Walk("past", (CONE,)),), "(^|।|,|और|कर) (धारीदार )?लाल (मग|कप)( को)? (उठा|ले)"),
     ],
 )
