@@ -72,7 +72,7 @@ def _built(
 ) -> npt.NDArray[np.bool_]:
     """Return which of the points are in a building."""
     built = np.zeros(x.shape, dtype=bool)
-    middle, reach = (float(x.mean()), float(z.mean())), float(np.ptp(x) + np.ptp(z))
+    middle, reach = (float(x.mean()), float(z.mean())), math.hypot(np.ptp(x), np.ptp(z)) / 2
     for building in buildings:
         if math.dist(middle, (building.x, building.z)) > reach + building.half_width + building.half_length:
             continue

@@ -368,7 +368,7 @@ class _Draft(Phraser):
 
     def _is_for(self, clause: Clause, target: Thing) -> bool:
         """Return whether a clause is followed by picking up the target as its purpose, by chance."""
-        if "purpose" not in self.grammar.joins or clause.key in NOT_REACHED:
+        if "purpose" not in self.grammar.joins or not _is_walk(clause) or clause.key in NOT_REACHED:
             return False
         is_named = any(isinstance(value, Thing) and value.is_same(target) for value in clause.slots.values())
         return not is_named and self.random.random() < PURPOSE_PROBABILITY

@@ -25,6 +25,7 @@ def written(meaning: Meaning, count: int = 40) -> list[str]:
         ((Face(KIOSK), Walk("past", (KIOSK,)), Walk("past", (CONE,))), "blue"),
         ((Walk("until", (KIOSK,), straight=False), Rotate("left", "at", KIOSK)), "blue"),
         ((Face(KIOSK), Rotate("left", "at", KIOSK)), "blue"),
+        ((Face(KIOSK), Rotate("left", "before", KIOSK)), "blue"),
         ((Rotate("left"), Face(KIOSK), Walk("to", (KIOSK,))), "blue"),
     ],
 )
@@ -33,6 +34,34 @@ def test_the_next_clause_does_not_name_a_thing_again(steps: tuple[Step, ...], na
     texts = written(meaning)
     assert not [text for text in texts if len(re.findall(rf"\b{named}\b", text)) > 1]
     assert {ENGLISH.read(text, "navigation") for text in texts} == {meaning}
+
+
+@pytest.mark.parametrize(
+    ("steps", "never"),
+    [
+        (
+            (Face(KIOSK), Rotate("left", "before", KIOSK)),
+            r"(kiosk|booth|stand)\W+(and |then )*(turn|take|make|before)\b",
+        ),
+        ((Rotate("around"), Face(CONE)), r"turn around(\.|,| and| then)+ (\w+ )?turn "),
+        ((Rotate("left"), Face(CONE)), r"left facing"),
+        ((Face(CONE), Walk("past", (TREE,))), r"cone and pass"),
+        ((Walk("past", (TREE,)),), r"\bpass [^.,]* to (pick|collect|grab|get|take|fetch)"),
+    ],
+)
+def test_steps_as_nobody_says_them(steps: tuple[Step, ...], never: str) -> None:
+    texts = written(Navigation(steps, MUG))
+    assert not [text for text in texts if re.search(never, text, re.IGNORECASE)]
+
+
+def test_a_place_is_not_torn_from_its_verb() -> None:
+    beside = Assembly((), Thing("tv"), (Where("behind", (Thing("tv", "white", "striped"),)),))
+    on = Assembly((), Thing("tv"), (Where("on_top_of", (Thing("mug", "brown", "striped"),)),))
+    torn = re.compile(
+        r"\b(set|put|lay|place) down (the|it)\b[^.,]* (behind|on)\b|\b(place|put|set) [^.]*\bstacked on\b",
+        re.IGNORECASE,
+    )
+    assert not [text for text in (*written(beside), *written(on)) if torn.search(text)]
 
 
 def test_a_target_beside_the_last_thing_is_beside_it() -> None:

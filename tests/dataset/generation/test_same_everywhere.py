@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "3cf611cf2d2fbc6b36af9522a14739980fefd844f52ab4889c54234c0e4872df",
-    "digest": "901493b01d53c2686a3c2a2f6b645815c6d49276e21054cba651c64a5a971b3c",
+    "data": "bb8932bf59ccf844114422134dee0598e2d8281a16a1c1f6e44e1ed45c462440",
+    "digest": "b99ff2c1e33669674f4074e25dbd5bf61d11833cbf211cec87c706d06fc830ec",
     "places": "01dff54dfe6422086845db7833f593ac563dc86b07d47beaaea911b585dfdf99",
     "scores": "c92f808b3a392b5a5c1d14052a58c8cc7003fe3b33c9002982fdfa132429da73",
     "blocked": 270,
