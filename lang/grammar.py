@@ -222,6 +222,8 @@ class Grammar:
             missing = [key for key in keys if key not in table]
             if missing:
                 raise ValueError(f"{name}: {', '.join(missing)} missing")
+        if "purpose" in self.joins and "purpose" not in self.target:
+            raise ValueError("target: purpose missing, which joins have")
 
     def features_of(self, marks: Iterable[str]) -> dict[str, str]:
         """Return the marks by axis.

@@ -66,6 +66,7 @@ def test_words_have_weights(data: dict[str, Any]) -> None:
         (("grammar", "words", "turn"), {"gerund": "turning"}, "words.turn: 'gerund' is not a value of a feature"),
         (("grammar", "words", "turn"), {}, "words.turn: .* has no form"),
         (("phrases", "joins"), {"sentence": ["{a}"]}, "joins: assembly, first, later, .* missing"),
+        (("phrases", "joins", "purpose"), ["{a} to {b}"], "target: purpose missing, which joins have"),
         (("things",), {}, "'nouns' is missing"),
         (("grammar", "text", "per_episode"), {"numeral": {"roman": 1}}, "per_episode: numeral is not an axis .* roman"),
     ],

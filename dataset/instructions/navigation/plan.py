@@ -108,9 +108,6 @@ PASSED_SHARE = 0.15
 UNMARKED_SHARE = 0.15
 """Probability of "go forward and turn left" rather than a turn at a street or a corner, where there is only one."""
 
-SLIGHT_SHARE = 1.0
-"""Probability of a slight turn at the start, which one could do without."""
-
 PAIR_SHARE = 0.35
 """Probability of two things on the way together: "past the cone and the bench"."""
 
@@ -223,9 +220,9 @@ class _Planner:
         return self._from(start, (), plan_check)
 
     def _slight_turn(self, start: Waypoint) -> Rotate | None:
-        """Return the slight turn with which the path begins, by chance; None if it does not."""
+        """Return the slight turn with which the episode's first path begins; None if it does not."""
         onward = self._route.onward_heading(0)
-        if onward is None or not self._route.is_first or self._random.random() > SLIGHT_SHARE:
+        if onward is None or not self._route.is_first:
             return None
         word = turn_word(turn_between(start.pose.heading, onward))
         return Rotate(word) if word.startswith("slightly") and path_turns_by(self._route, start, (word,)) else None
