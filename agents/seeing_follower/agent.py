@@ -11,6 +11,7 @@ from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.encoder import load as load_eyes
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
+from arramon_agents.process_settings import prepare_process
 from arramon_agents.reading.reader.reader import LearnedReader
 from arramon_agents.reading.reader.reader import load as load_reader
 
@@ -31,6 +32,7 @@ class Agent(MapAgent):
     def __init__(
         self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None, *, estimate_heading: bool = True
     ) -> None:
+        prepare_process()
         perceive = EyesPerception(eyes or load_eyes())
         reads = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
         super().__init__(
