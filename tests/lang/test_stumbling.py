@@ -46,6 +46,9 @@ def test_the_next_clause_does_not_name_a_thing_again(steps: tuple[Step, ...], na
         ((Rotate("around"), Face(CONE)), r"turn around(\.|,| and| then)+ (\w+ )?turn "),
         ((Rotate("left"), Face(CONE)), r"left facing"),
         ((Face(CONE), Walk("past", (TREE,))), r"cone and pass"),
+        ((Rotate("left"), Walk("past", (CONE,)), Walk("past", (TREE,))), r"(when|once) (you get )?there"),
+        ((Walk("to", (KIOSK,)),), r"^you (will|should)"),
+        ((Walk("ahead"), Rotate("left"), Walk("ahead")), r"go ahead( and|,|\.|$)"),
         ((Walk("past", (TREE,)),), r"\bpass [^.,]* to (pick|collect|grab|get|take|fetch)"),
     ],
 )
@@ -62,6 +65,7 @@ def test_a_place_is_not_torn_from_its_verb() -> None:
         re.IGNORECASE,
     )
     assert not [text for text in (*written(beside), *written(on)) if torn.search(text)]
+    assert not [text for text in written(on, 80) if re.search(r"\blay\b|goes atop", text, re.IGNORECASE)]
 
 
 def test_a_target_beside_the_last_thing_is_beside_it() -> None:
