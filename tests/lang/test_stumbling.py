@@ -52,7 +52,7 @@ def test_the_next_clause_does_not_name_a_thing_again(steps: tuple[Step, ...], na
         ((Walk("past", (TREE,)),), r"\bpass [^.,]* to (pick|collect|grab|get|take|fetch)"),
     ],
 )
-def test_steps_as_nobody_says_them(steps: tuple[Step, ...], never: str) -> None:
+def test_faulty_wordings_are_not_written(steps: tuple[Step, ...], never: str) -> None:
     texts = written(Navigation(steps, MUG))
     assert not [text for text in texts if re.search(never, text, re.IGNORECASE)]
 
