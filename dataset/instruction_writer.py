@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from random import Random
+from typing import Protocol
 
 import arramon_lang as lang
 from arramon_client.agent import Agent
@@ -67,6 +68,15 @@ Accepts = Callable[[str, tuple[Instructions, Instructions]], bool]
 
 Write = Callable[[lang.Language, Meaning, Random, Voice], str]
 """A method of `Language` that writes a text: `write` or `draft`."""
+
+
+class _WritesPlan(Protocol):
+    """Returns a plan's texts in the language of a code, or None if a text fails a check; `names` seed them."""
+
+    def __call__(
+        self, code: str, names: tuple[object, ...], write: Write = lang.Language.write
+    ) -> tuple[Instructions, Instructions] | None: ...
+
 
 Readings = tuple[Meaning | str, ...]
 """Meanings of a language's texts; the text itself where it cannot be read."""
@@ -133,14 +143,7 @@ class InstructionWriter:
             if plan is None:
                 return  # All draws failed; further ones would fail too.
             routes = routes or [turn.tokens() for turn in planners]
-            write, seed = partial(_write_in, draft, plan, routes, manner), (*names, number)
-            if accepts is not None:
-                # The follower fails with half of all plans, whatever their words: so with a draft first.
-                code = self._languages[0]
-                drafted = write(code, seed, lang.Language.draft)
-                if drafted is not None and not accepts(code, drafted):
-                    continue
-            texts = self._write(write, seed, accepts)
+            texts = self._write(partial(_write_in, draft, plan, routes, manner), (*names, number), accepts)
             if texts is not None:
                 yield texts
 
@@ -151,21 +154,19 @@ class InstructionWriter:
             kept = self._turns[number] = TurnPlanner(start, turn, site)
         return kept
 
-    def _write(
-        self,
-        write: Callable[[str, tuple[object, ...]], tuple[Instructions, Instructions] | None],
-        names: tuple[object, ...],
-        accepts: Accepts | None,
-    ) -> Texts | None:
-        """Return a plan's texts in all languages that express it, or None if a required one does not.
-
-        `write` returns the texts in the language of a code by the names of a seed.
-        """
+    def _write(self, write: _WritesPlan, names: tuple[object, ...], accepts: Accepts | None) -> Texts | None:
+        """Return a plan's texts in all languages that express it, or None if a required one does not."""
 
         def first_of(code: str, drawings: int) -> tuple[Instructions, Instructions] | None:
             seeds = (names, *((*names, number) for number in range(1, drawings)))
             return next(filter(None, (write(code, seed) for seed in seeds)), None)
 
+        if accepts is not None:
+            # The follower fails with half of all plans, whatever their words: so it tries a draft first.
+            code = self._languages[0]
+            drafted = write(code, names, lang.Language.draft)
+            if drafted is not None and not accepts(code, drafted):
+                return None
         texts = {}
         for code in self._languages:
             written = first_of(code, DRAWINGS)
