@@ -24,6 +24,7 @@ from sklearn.feature_extraction.text import CountVectorizer
 
 import arramon_lang as lang
 from arramon_dataset.randomness import seeded
+from arramon_lang.files import read_file
 from arramon_lang.language import ROOT
 from arramon_lang.meaning import Meaning
 from arramon_lang.writing.preferences import LONGEST, reduced
@@ -119,16 +120,21 @@ def drafts_of(meanings: Sequence[Sequence[Meaning]], phase: str) -> Drafts:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Train both phases and write the file; return the exit status."""
+    """Train the phases and write the file; return the exit status."""
     parser = parser_of(__doc__)
     parser.add_argument("data", type=Path, help="folder of `arramon-server generate`, of a seed for training only")
+    parser.add_argument(
+        "--phases", nargs="+", choices=PHASES, default=[*PHASES], help="train these, and keep the others' weights"
+    )
     arguments = parser.parse_args(argv)
-    language, lines = lang.load(LANGUAGE), [_HEADER]
+    language, lines, kept = lang.load(LANGUAGE), [_HEADER], read_file(ROOT / LANGUAGE, "preferences")
     for phase in PHASES:
-        theirs = [text for episode in compared_texts(LANGUAGE, phase) for text in episode]
-        episodes = generated_texts(arguments.data, LANGUAGE, phase)
-        meanings = [[language.read(text, phase) for text in episode] for episode in episodes]
-        weights = train(drafts_of(meanings, phase), theirs)
+        weights = kept[phase]
+        if phase in arguments.phases:
+            theirs = [text for episode in compared_texts(LANGUAGE, phase) for text in episode]
+            episodes = generated_texts(arguments.data, LANGUAGE, phase)
+            meanings = [[language.read(text, phase) for text in episode] for episode in episodes]
+            weights = train(drafts_of(meanings, phase), theirs)
         listed = sorted((key, weight) for key, weight in weights.items() if abs(weight) >= LEAST)
         lines += [f"\n[{phase}]", *(f"{_quoted(key)} = {weight:.2f}" for key, weight in listed)]
     path = ROOT / LANGUAGE / "preferences.toml"

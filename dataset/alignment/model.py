@@ -26,7 +26,7 @@ FROM_NONE, TENSION = 0.15, 5.0
 """Prior probability of no token; preference for tokens at the same relative position: a factor of e for each
 1 / TENSION of the whole route."""
 
-OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 5, 0.06
+OTHERS, MOST_BETTER, MIRRORED_BETTER = 20, 8, 0.1
 """Number of comparison routes; maximum number of these that a text may fit better than its own route; maximum margin by
 which it may fit the mirrored route better, in nats per word."""
 

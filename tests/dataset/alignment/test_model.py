@@ -63,3 +63,29 @@ OTHER_KIND = {
     "ball": "mug", "mug": "tv", "tv": "book", "book": "bowl", "bowl": "bucket", "bucket": "hourglass",
     "hourglass": "ball",
 }  # fmt: skip
+
+
+def test_true_texts_with_left_of_something_on_a_way_that_ends_to_the_right_are_kept() -> None:
+    """Bounds that rejected one Hindi text in fourteen dropped these."""
+    by_car = "गाड़ी तक जाकर बाईं तरफ़ मुड़ें और ट्रैफ़िक लाइट के बाईं तरफ़ रखी धारीदार बैंगनी रेतघड़ी उठाएँ।"
+    by_sign = "बाईं ओर मुड़ें। स्पीड लिमिट बोर्ड के बाईं ओर रखे धारीदार भूरे टीवी को उठा लें।"
+    to_car = _route(
+        "turn:slight turn:right thing:grey thing:building side:right thing:blue thing:awning side:right thing:blue "
+        "thing:building side:left thing:mailbox side:left thing:triangle thing:black thing:banner side:right "
+        "thing:brick thing:building side:right thing:corner side:left thing:tree side:left thing:t thing:junction "
+        "turn:left thing:white thing:car side:right thing:tree last:slight last:right target:striped target:purple "
+        "target:hourglass around:tree around:corner around:traffic around:light around:mailbox around:white around:car"
+    )
+    to_sign = _route(
+        "turn:left thing:zebra thing:crossing thing:corner side:left thing:hydrant side:right thing:planter side:right "
+        "thing:blue thing:building side:right thing:t thing:junction thing:zebra thing:crossing side:left thing:blue "
+        "thing:kiosk last:slight last:right target:striped target:brown target:tv around:speed around:sign around:t "
+        "around:junction around:blue around:kiosk around:corner around:planter around:hydrant"
+    )
+    assert not contradicts_route(by_car, "hi", to_car)
+    assert not contradicts_route(by_sign, "hi", to_sign)
+    assert contradicts_route(by_car, "hi", to_sign)
+
+
+def _route(tokens: str) -> tuple[str, ...]:
+    return tuple(tokens.split())
