@@ -91,7 +91,7 @@ class Variants:
             if mirrors:
                 assert isinstance(meaning, Navigation)
                 meaning = mirrored(meaning)
-            texts = {each: lang.load(each).write(meaning, random) for each in self._languages if each in shown.texts}
+            texts = {each: _draft(lang.load(each), meaning, random) for each in self._languages if each in shown.texts}
         except ValueError:  # A person's text that the grammar can't parse or write is not augmented.
             return _Change(None, False, {})
         return _Change(permutation, mirrors, texts)
@@ -102,6 +102,11 @@ class Variants:
             shown = self._demonstrations[row]
             self._meanings[row] = read_meaning(shown.texts, shown.phase)
         return self._meanings[row]
+
+
+def _draft(language: lang.Language, meaning: Meaning, random: Random) -> str:
+    """Return a text by a random speaker; `write`, which prefers what people say, takes five times as long."""
+    return language.draft(meaning, random, language.draw_voice(random))
 
 
 def mirrored(meaning: Navigation) -> Navigation:
