@@ -23,7 +23,7 @@ SHARES = {"rows": "o-", "texts": "s--"}
 """Columns of a language, with the style of their curves: rows, and whole texts, that are read exactly right."""
 
 
-POLICY_COLOURS = {"policy 1": style.FIRST, "policy 3": style.SECOND}
+POLICY_COLOURS = {"policy 1": style.FIRST, "policy 2": style.SECOND, "policy 3": style.THIRD}
 """Columns of the table of `vl_map`, with the colours of their curves."""
 
 
