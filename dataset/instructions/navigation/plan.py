@@ -242,10 +242,8 @@ class _Planner:
             if last is not None and _is_vague(steps, option.steps[0]):
                 break
             for wording in self._wordings(waypoint, option, is_first=not steps):
-                is_doubled = (
-                    steps[-1:] == (Walk("ahead"),) and isinstance(wording[0], Walk) and wording[0].way == "along"
-                )
-                after = None if is_doubled or self._mixes((*steps, *wording)) else plan_check.after(wording)
+                repeats = is_doubled(steps, wording[0])
+                after = None if repeats or self._mixes((*steps, *wording)) else plan_check.after(wording)
                 if after is not None:
                     whole = self._from(option.waypoint, (*steps, *wording), after)
                     if whole is not None:
@@ -486,9 +484,16 @@ def _is_plain_passing(step: Walk) -> bool:
     return step.way == "past" and not thing.number and not thing.which and thing.kind not in (*PLACES, "zebra_crossing")
 
 
-def _is_doubled(steps: tuple[Step, ...], step: Step) -> bool:
-    """Return whether a step repeats the one before: "go forward, go down the street"."""
-    return steps[-1:] == (Walk("ahead"),) and isinstance(step, Walk) and step.way == "along"
+def is_doubled(steps: tuple[Step, ...], step: Step) -> bool:
+    """Return whether a step repeats the one before.
+
+    "Go forward, go down the street", "go towards the traffic light, go to it".
+    """
+    last = steps[-1] if steps else None
+    if not (isinstance(last, Walk) and isinstance(step, Walk)):
+        return False
+    is_again = last.way in ("to", "towards") and step.way in ("to", "towards", "until") and step.things == last.things
+    return is_again or (last == Walk("ahead") and step.way == "along")
 
 
 def _is_bare(steps: tuple[Step, ...]) -> bool:

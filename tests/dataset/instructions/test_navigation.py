@@ -6,12 +6,12 @@ import pytest
 
 from arramon_client.world import bearing, turn_between
 from arramon_dataset.instructions.navigation.landmark_names import unique_name
-from arramon_dataset.instructions.navigation.plan import plan_navigation
+from arramon_dataset.instructions.navigation.plan import is_doubled, plan_navigation
 from arramon_dataset.instructions.navigation.target import describe_target
 from arramon_dataset.instructions.visible_landmarks import Landmark, find_landmarks, poses_along, with_names_as_labels
 from arramon_dataset.randomness import seeded
 from arramon_lang.coreference import things_of
-from arramon_lang.meaning import Face, Navigation, Rotate, Thing
+from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk
 from arramon_server.sim.city import city_scene
 from arramon_server.sim.geometry import Pose
 from arramon_server.sim.labels import SegmentationLabel
@@ -61,6 +61,23 @@ def test_plans_vary_with_the_seed_and_are_reproducible(camera: RasterCamera) -> 
     made = [plan(camera, attempt) for attempt in range(12)]
     assert len({repr(one) for one in made}) >= 4
     assert plan(camera, 3) == made[3]
+
+
+@pytest.mark.parametrize(
+    ("last", "step", "expected"),
+    [
+        (Walk("ahead"), Walk("along", (Thing("street"),)), True),
+        (Walk("towards", (Thing("bench"),)), Walk("to", (Thing("bench"),)), True),
+        (Walk("to", (Thing("bench"),)), Walk("until", (Thing("bench"),)), True),
+        (Walk("until", (Thing("bench"),)), Walk("to", (Thing("bench"),)), False),  # "Until you see a bench. Go to it."
+        (Walk("towards", (Thing("bench"),)), Walk("past", (Thing("bench"),)), False),
+        (Walk("towards", (Thing("bench"),)), Walk("to", (Thing("cone"),)), False),
+        (Walk("ahead"), Rotate("left"), False),
+    ],
+)
+def test_a_step_that_repeats_the_one_before_is_doubled(last: Step, step: Step, expected: bool) -> None:
+    assert is_doubled((last,), step) is expected
+    assert not is_doubled((), step)
 
 
 def test_target_unseen_at_the_end_gives_no_plan(camera: RasterCamera) -> None:
