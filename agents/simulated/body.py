@@ -10,7 +10,7 @@ from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
-from arramon_agents.perception.eyes.depth_segmentation import MAX_DISTANCE_AHEAD, MIN_THING_PIXELS, FrameThing
+from arramon_agents.perception.eyes.depth_segmentation import FAR, FrameThing
 from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
@@ -185,7 +185,7 @@ class SimulatedBody(AgentBody):
         """Return the things in view as the visual encoder would cut them out and name them."""
         things, random = self._things, self._random
         right, ahead = relative_to(things.places, (x, z, heading))
-        shown = (ahead > 0.4) & (ahead < MAX_DISTANCE_AHEAD) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
+        shown = (ahead > 0.4) & (ahead < FAR.ahead) & (np.abs(right) < ahead * math.tan(math.radians(30.0)))
         shown &= ~things.is_crossing
         away = np.arctan2(x - things.places[:, 0], z - things.places[:, 1])
         with np.errstate(invalid="ignore"):
@@ -199,7 +199,7 @@ class SimulatedBody(AgentBody):
             width, height = things.sizes[number]
             pixels = int(0.55 * width * min(height, far * 0.57 + 0.5) * (FOCAL / far) ** 2)
             missed = self._faults.missed * (1.0 if pixels < 60 else 0.35 if pixels < 200 else 0.05)
-            if pixels < MIN_THING_PIXELS or random.random() < missed:
+            if pixels < FAR.pixels or random.random() < missed:
                 continue
             error = random.normal(0.0, self._faults.place * far, 2)
             if random.random() < self._faults.displaced:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,14 +18,8 @@ MIN_HEIGHT, MAX_HEIGHT = 0.018, 2.2
 WALL_TOP, WALL_BOTTOM, WALL_WIDTH = 1.25, 0.6, 0.6
 """Heights above and below which parts of a wall must be visible, and minimum width of a wall, in units."""
 
-MAX_DISTANCE_AHEAD = 16.0
-"""Maximum distance ahead of things, in units."""
-
 JUMP, RELATIVE_JUMP = 0.06, 0.03
 """Minimum jump in depth between neighbouring pixels of two things: in units, plus a share of their depth."""
-
-MIN_THING_PIXELS = 18
-"""Minimum number of pixels of a thing."""
 
 MAX_THING_WIDTH = 3.0
 """Maximum width of a thing, in units; anything wider is a wall."""
@@ -43,6 +38,22 @@ MEASURES = 5
 """Number of measures of a thing, see `FrameThing.measures`."""
 
 Floats = npt.NDArray[np.float32]
+
+
+class Reach(NamedTuple):
+    """Which things are cut out.
+
+    Attributes:
+        ahead: maximum distance ahead of the camera, in units.
+        pixels: minimum number of pixels.
+    """
+
+    ahead: float
+    pixels: int
+
+
+FAR, NEAR = Reach(28.0, 10), Reach(16.0, 18)
+"""Reach for agents that keep a map, to which later views of a thing add; reach for the features of single frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,17 +87,18 @@ class FrameThing:
         return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, math.log(self.pixels) / 8.0
 
 
-def find_things(depth: Floats) -> list[FrameThing]:
+def find_things(depth: Floats, reach: Reach = FAR) -> list[FrameThing]:
     """Return the things in a frame, the nearest first.
 
     Args:
         depth: (size, size) units along the viewing direction, 0 where there is nothing.
+        reach: which things are cut out.
     """
     size = len(depth)
     down = right = rays(size)
     walls, marked = np.empty(size, np.float32), np.empty((size, size), np.bool_)
     find_walls(depth, down, EYE_HEIGHT, WALL_TOP, WALL_BOTTOM, WALL_WIDTH, walls)
-    mark_solid(depth, walls, down, EYE_HEIGHT, MIN_HEIGHT, MAX_HEIGHT, MAX_DISTANCE_AHEAD, JUMP, RELATIVE_JUMP, marked)
+    mark_solid(depth, walls, down, EYE_HEIGHT, MIN_HEIGHT, MAX_HEIGHT, reach.ahead, JUMP, RELATIVE_JUMP, marked)
     numbers = np.empty((size, size), np.int32)
     count = number_parts(marked, numbers)
     boxes, pixels = np.empty((count, 4), np.int64), np.zeros(count, np.int64)
@@ -95,7 +107,7 @@ def find_things(depth: Floats) -> list[FrameThing]:
     first, last, low, high = spans.T
     widths, middles = last - first, (first + last) / 2
     things = []
-    for part in np.flatnonzero((pixels >= MIN_THING_PIXELS) & (widths <= MAX_THING_WIDTH)):
+    for part in np.flatnonzero((pixels >= reach.pixels) & (widths <= MAX_THING_WIDTH)):
         rows, columns = slice(*boxes[part, ::2].tolist()), slice(*boxes[part, 1::2].tolist())
         mask = numbers[rows, columns] == part + 1
         ahead = float(depth[rows, columns][mask].mean())

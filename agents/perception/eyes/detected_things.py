@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import FAR, FrameThing, Reach, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
 
@@ -38,7 +38,7 @@ class DetectedThing:
 
 
 def find_and_name_things(
-    network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats
+    network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats, reach: Reach = FAR
 ) -> list[list[DetectedThing]]:
     """Return the things detected in each frame, the nearest first.
 
@@ -46,8 +46,9 @@ def find_and_name_things(
         network: trained network, in evaluation mode.
         rgb: (B, size, size, 3) uint8.
         depth: (B, size, size) units.
+        reach: which things are cut out.
     """
-    things = [find_things(each) for each in depth]
+    things = [find_things(each, reach) for each in depth]
     crops = [crop(rgb[number], depth[number], thing) for number, some in enumerate(things) for thing in some]
     if not crops:
         return [[] for _ in things]

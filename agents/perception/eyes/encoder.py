@@ -9,6 +9,7 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
+from arramon_agents.perception.eyes.depth_segmentation import NEAR
 from arramon_agents.perception.eyes.detected_things import DetectedThing, find_and_name_things
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
@@ -51,7 +52,7 @@ class Eyes:
         self.fingerprint = fingerprint
 
     def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Return features of each cell, (B, 7, 7, C) float32 in [0, 1].
+        """Return features of each cell, (B, 7, 7, C) float32 in [0, 1]; of things those in the reach NEAR.
 
         Args:
             rgb: (B, size, size, 3) uint8.
@@ -65,7 +66,7 @@ class Eyes:
         for first in range(0, len(rgb), BATCH):
             some = rgb[first : first + BATCH], depth[first : first + BATCH]
             cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
-            for each, things in zip(cells, find_and_name_things(self._naming, *some), strict=True):
+            for each, things in zip(cells, find_and_name_things(self._naming, *some, NEAR), strict=True):
                 add_things(each, things, self.image_size)
             parts.append(cells)
         return np.concatenate(parts)
@@ -76,7 +77,7 @@ class Eyes:
         return self._look(rgb, depth)
 
     def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[DetectedThing]]:
-        """Return the detected things on the ground in each frame, the nearest first; arguments as for `encode`."""
+        """Return the detected things in each frame in the reach FAR, the nearest first; arguments as for `encode`."""
         self._check(rgb, depth)
         return find_and_name_things(self._naming, rgb, depth)
 

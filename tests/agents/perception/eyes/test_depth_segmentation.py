@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, FAR, NEAR, crop, find_things
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_client.world import EYE_HEIGHT
 
@@ -46,7 +46,16 @@ def test_a_thing_before_another_is_apart_from_it() -> None:
 
 def test_walls_and_far_things_are_left_out() -> None:
     assert find_things(image((-2.0, 2.0, 5.0, 0.7))) == []
-    assert find_things(image((-0.5, 0.5, 17.0, 0.5))) == []
+    for reach in (NEAR, FAR):
+        assert find_things(image((-0.5, 0.5, reach.ahead + 1.0, 0.5)), reach) == []
+        assert len(find_things(image((-0.5, 0.5, reach.ahead - 1.0, 0.5)), reach)) == 1
+
+
+def test_small_things_are_left_out() -> None:
+    depth = image((-0.2, 0.2, 15.0, 0.25))
+    (thing,) = find_things(depth)
+    assert FAR.pixels <= thing.pixels < NEAR.pixels
+    assert find_things(depth, NEAR) == []
 
 
 def test_a_crop_holds_the_whole_thing_at_one_scale() -> None:
