@@ -11,7 +11,9 @@ import torch
 import arramon_lang as lang
 from arramon_agents import train
 from arramon_agents import weights as weights_module
+from arramon_agents.perception.eyes.encoder import WEIGHTS as EYES
 from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.perception.eyes.encoder import read_networks
 from arramon_agents.pretrained import encoders
 from arramon_agents.reading.reader.reader import WEIGHTS as READER
 from arramon_agents.reading.reader.reader import load as load_reader
@@ -193,6 +195,19 @@ def test_smoke_of_the_eyes(tmp_path: Path) -> None:
     eyes = load_eyes(weights)
     assert eyes.fingerprint != load_eyes().fingerprint
     assert train.main([*command, "--only", "windows"]) == 1
+    # One network may be trained alone if the other comes from a file.
+    command = ["--agent", "eyes", "--smoke", "--output", str(tmp_path / "named")]
+    assert train.main([*command, "--only", "naming", "--keep", str(EYES)]) == 0
+    made, shipped = read_networks(tmp_path / "named" / "vision_eyes.safetensors"), read_networks(EYES)
+    same = [_equal(new, old) for new, old in zip(made, shipped, strict=True)]
+    assert same == [True, False]
+    assert train.main([*command, "--keep", str(EYES)]) == 1
+
+
+def _equal(one: torch.nn.Module, other: torch.nn.Module) -> bool:
+    """Return whether two networks have the same weights."""
+    values = zip(one.state_dict().values(), other.state_dict().values(), strict=True)
+    return all(torch.equal(value, same) for value, same in values)
 
 
 def test_smoke_of_the_pieces(readable: Path, tmp_path: Path) -> None:

@@ -100,6 +100,21 @@ def write_weights(path: Path, blocks: EyesNetwork, naming: NamingNetwork) -> Non
     write_weights_file(path, {"blocks.": blocks, "naming.": naming}, header)
 
 
+def read_networks(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
+    """Return both networks of a file, in evaluation mode.
+
+    Raises:
+        BadWeights: if there is no such file, or it has other content.
+    """
+    file = read_weights_file(path, "the visual encoder", FORMAT, None)
+    sizes = file.sizes("sizes", EyesSizes)
+    blocks, naming = file.build(lambda: EyesNetwork(sizes)), NamingNetwork()
+    networks: tuple[tuple[str, nn.Module], ...] = (("blocks.", blocks), ("naming.", naming))
+    for prefix, network in networks:
+        file.fill(network, prefix)
+    return blocks, naming
+
+
 def load(source: Path | None = None) -> Eyes:
     """Return the encoder, with the shipped weights or those of a file.
 
@@ -107,12 +122,8 @@ def load(source: Path | None = None) -> Eyes:
         BadWeights: if there is no such file, or it has other content.
     """
     path = source or WEIGHTS
-    file = read_weights_file(path, "the visual encoder", FORMAT, None)
-    sizes = file.sizes("sizes", EyesSizes)
-    blocks, naming = file.build(lambda: EyesNetwork(sizes)), NamingNetwork()
-    networks: tuple[tuple[str, nn.Module], ...] = (("blocks.", blocks), ("naming.", naming))
-    for prefix, network in networks:
-        file.fill(network, prefix)
+    blocks, naming = networks = read_networks(path)
+    for network in networks:
         network.requires_grad_(requires_grad=False)
         prepare_for_inference(network)
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]

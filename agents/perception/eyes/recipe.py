@@ -17,6 +17,8 @@ class EyesRecipe:
         cities: number of cities to generate from the plans of the training sections.
         seed: seed of frames and initial weights.
         only: name of the only network to train; empty for both.
+        keep: file of weights from which the other network is taken; empty for the one trained before in the output
+            folder. Only with `only`.
     """
 
     frames: int = 60_000
@@ -25,10 +27,13 @@ class EyesRecipe:
     cities: int = 4
     seed: int = 0
     only: str = ""
+    keep: str = ""
 
     def __post_init__(self) -> None:
         if self.only not in ("", *NETWORKS):
             raise ValueError(f"there is no network {self.only!r}; there are {', '.join(NETWORKS)}")
+        if self.keep and not self.only:
+            raise ValueError(f"keep is {self.keep!r}, but both networks are trained: name one of them in only")
 
 
 RECIPES = {"eyes": EyesRecipe()}

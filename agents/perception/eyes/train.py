@@ -7,7 +7,7 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.perception.eyes.encoder import write_weights
+from arramon_agents.perception.eyes.encoder import read_networks, write_weights
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes
 from arramon_agents.perception.eyes.recipe import NETWORKS, EyesRecipe
@@ -42,6 +42,7 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
 
     Raises:
         ValueError: if the output folder holds a checkpoint of another recipe.
+        BadWeights: if the file of the network to keep cannot be read.
     """
     prepare_process()
     workspace.output.mkdir(parents=True, exist_ok=True)
@@ -52,6 +53,7 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
         "blocks": lambda: BlocksTask(EyesSizes(recipe.size), frames.frame, table, BATCHES["blocks"]),
         "naming": lambda: NamingTask(frames.frame, table, BATCHES["naming"]),
     }
+    kept = read_networks(Path(recipe.keep)) if recipe.keep else None
     trainers = []
     for name in NETWORKS:
         torch.manual_seed(recipe.seed)
@@ -61,13 +63,13 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
         else:
             trainer.resume()
         trainers.append(trainer)
-    return _write(trainers, workspace.output / f"vision_eyes{SUFFIX}")
+    return _write(trainers, kept, workspace.output / f"vision_eyes{SUFFIX}")
 
 
 def _settings(name: str, recipe: EyesRecipe, workspace: Workspace) -> TrainerSettings:
     steps = {"blocks": recipe.frames, "naming": recipe.naming_frames}[name] // BATCHES[name]
     settings = asdict(recipe)
-    del settings["only"]
+    del settings["only"], settings["keep"]
     return TrainerSettings(
         name,
         steps,
@@ -79,11 +81,15 @@ def _settings(name: str, recipe: EyesRecipe, workspace: Workspace) -> TrainerSet
     )
 
 
-def _write(trainers: Sequence[Trainer], path: Path) -> Path | None:
-    """Write the weights of both networks, if both are trained to the end, and return the path."""
-    if any(trainer.step < trainer.settings.steps for trainer in trainers):
+def _write(trainers: Sequence[Trainer], kept: tuple[EyesNetwork, NamingNetwork] | None, path: Path) -> Path | None:
+    """Write the weights of both networks, if both are trained to the end or kept, and return the path."""
+    is_trained = [trainer.step >= trainer.settings.steps for trainer in trainers]
+    if not (all(is_trained) or (kept and any(is_trained))):
         return None
-    blocks, naming = (trainer.network for trainer in trainers)
+    blocks, naming = (
+        trainer.network if done or kept is None else kept[number]
+        for number, (trainer, done) in enumerate(zip(trainers, is_trained, strict=True))
+    )
     assert isinstance(blocks, EyesNetwork)
     assert isinstance(naming, NamingNetwork)
     write_weights(path, blocks, naming)
