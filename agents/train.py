@@ -147,7 +147,10 @@ def _ship(name: str, package: str, weights: Path) -> None:
 
     own = SHIPPED / name
     folder = own if own.is_dir() else SHIPPED.joinpath(*package.split("."))
-    shutil.copyfile(weights, folder / (WEIGHTS if weights.suffix == SUFFIX else weights.name))
+    shipped = WEIGHTS if weights.suffix == SUFFIX else weights.name
+    if weights.stem.endswith("_far"):  # The visual encoder has weights of two reaches.
+        shipped = f"far{SUFFIX}"
+    shutil.copyfile(weights, folder / shipped)
     if weights.with_suffix(".md").exists():
         shutil.copyfile(weights.with_suffix(".md"), folder / CARD)
 

@@ -8,7 +8,7 @@ from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLa
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.mapping.room_player import find_by_rules
 from arramon_agents.perception.eyes.encoder import Eyes
-from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.perception.eyes.encoder import load_far as load_eyes
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.process_settings import prepare_process

@@ -9,7 +9,7 @@ import numpy as np
 
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
-from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.perception.eyes.encoder import load_far as load_eyes
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.simulated.courses import TrainingCourses

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from arramon_agents.perception.eyes.encoder import Eyes, load
+from arramon_agents.perception.eyes.encoder import Eyes, load, load_far
 from arramon_agents.perception.eyes.scores import GridScores, NameScores
 from arramon_agents.simulated.frames import FrameSource, label_names
 from benchmarks.common import markdown_table, parser_of, positive_int
@@ -30,9 +30,12 @@ def main() -> None:
     parser.add_argument(
         "--frames", type=positive_int, default=1000, help="frames in the unseen section, and in the seen ones"
     )
+    parser.add_argument("--far", action="store_true", help="the encoder for agents that keep a map")
     options = parser.parse_args()
+    if options.far and options.weights:
+        parser.error("--far and --weights both name the encoder: give one of them")
     torch.set_num_threads(1)
-    eyes = load(options.weights)
+    eyes = load_far() if options.far else load(options.weights)
     measured = {place: measure(eyes, sections, options.frames) for place, sections in PLACES.items()}
     print(table(measured))
 

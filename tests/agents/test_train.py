@@ -202,6 +202,11 @@ def test_smoke_of_the_eyes(tmp_path: Path) -> None:
     same = [_equal(new, old) for new, old in zip(made, shipped, strict=True)]
     assert same == [True, False]
     assert train.main([*command, "--keep", str(EYES)]) == 1
+    assert train.main([*command, "--only", "naming", "--keep", str(EYES), "--reach", "far"]) == 1  # Another recipe.
+    command[-1] = str(tmp_path / "far")
+    assert train.main([*command, "--only", "naming", "--keep", str(EYES), "--reach", "far"]) == 0
+    assert read_networks(tmp_path / "far" / "vision_eyes_far.safetensors")
+    assert train.main([*command, "--reach", "farther"]) == 1
 
 
 def _equal(one: torch.nn.Module, other: torch.nn.Module) -> bool:

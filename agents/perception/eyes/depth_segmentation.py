@@ -52,8 +52,11 @@ class Reach(NamedTuple):
     pixels: int
 
 
-FAR, NEAR = Reach(28.0, 10), Reach(16.0, 18)
-"""Reach for agents that keep a map, to which later views of a thing add; reach for the features of single frames."""
+NEAR, FAR = Reach(16.0, 18), Reach(28.0, 10)
+"""Reach of an encoder for single frames; of one for agents that keep a map, to which later views of a thing add."""
+
+REACHES = {"near": NEAR, "far": FAR}
+"""Reaches by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +90,7 @@ class FrameThing:
         return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, math.log(self.pixels) / 8.0
 
 
-def find_things(depth: Floats, reach: Reach = FAR) -> list[FrameThing]:
+def find_things(depth: Floats, reach: Reach = NEAR) -> list[FrameThing]:
     """Return the things in a frame, the nearest first.
 
     Args:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.depth_segmentation import FAR, FrameThing, Reach, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, Reach, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
 
@@ -38,7 +38,7 @@ class DetectedThing:
 
 
 def find_and_name_things(
-    network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats, reach: Reach = FAR
+    network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats, reach: Reach
 ) -> list[list[DetectedThing]]:
     """Return the things detected in each frame, the nearest first.
 

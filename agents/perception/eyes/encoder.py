@@ -9,7 +9,7 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
-from arramon_agents.perception.eyes.depth_segmentation import NEAR
+from arramon_agents.perception.eyes.depth_segmentation import FAR, NEAR, Reach
 from arramon_agents.perception.eyes.detected_things import DetectedThing, find_and_name_things
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
@@ -24,6 +24,10 @@ from arramon_agents.perception.eyes.network import (
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")
+"""Shipped weights of the encoder for single frames, whose features trained agents know."""
+
+FAR_WEIGHTS = WEIGHTS.with_name("far.safetensors")
+"""Shipped weights of the encoder for agents that keep a map."""
 
 FORMAT = "eyes 1"
 
@@ -40,19 +44,20 @@ class Eyes:
     Args:
         blocks, naming: trained networks, in evaluation mode.
         fingerprint: hash of their weights.
+        reach: which things are cut out.
     """
 
     name = "eyes"
     channels = len(CHANNEL_NAMES)
     channel_names = CHANNEL_NAMES
 
-    def __init__(self, blocks: EyesNetwork, naming: NamingNetwork, fingerprint: str) -> None:
-        self._blocks, self._naming = blocks, naming
+    def __init__(self, blocks: EyesNetwork, naming: NamingNetwork, fingerprint: str, reach: Reach = NEAR) -> None:
+        self._blocks, self._naming, self._reach = blocks, naming, reach
         self.image_size = blocks.sizes.image
         self.fingerprint = fingerprint
 
     def encode(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Return features of each cell, (B, 7, 7, C) float32 in [0, 1]; of things those in the reach NEAR.
+        """Return features of each cell, (B, 7, 7, C) float32 in [0, 1].
 
         Args:
             rgb: (B, size, size, 3) uint8.
@@ -66,7 +71,7 @@ class Eyes:
         for first in range(0, len(rgb), BATCH):
             some = rgb[first : first + BATCH], depth[first : first + BATCH]
             cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
-            for each, things in zip(cells, find_and_name_things(self._naming, *some, NEAR), strict=True):
+            for each, things in zip(cells, find_and_name_things(self._naming, *some, self._reach), strict=True):
                 add_things(each, things, self.image_size)
             parts.append(cells)
         return np.concatenate(parts)
@@ -77,9 +82,9 @@ class Eyes:
         return self._look(rgb, depth)
 
     def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[DetectedThing]]:
-        """Return the detected things in each frame in the reach FAR, the nearest first; arguments as for `encode`."""
+        """Return the detected things on the ground in each frame, the nearest first; arguments as for `encode`."""
         self._check(rgb, depth)
-        return find_and_name_things(self._naming, rgb, depth)
+        return find_and_name_things(self._naming, rgb, depth, self._reach)
 
     def _look(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
         with torch.inference_mode():
@@ -115,8 +120,17 @@ def read_networks(path: Path) -> tuple[EyesNetwork, NamingNetwork]:
     return blocks, naming
 
 
-def load(source: Path | None = None) -> Eyes:
+def load_far() -> Eyes:
+    """Return the encoder for agents that keep a map, which also sees things that are far and small."""
+    return load(FAR_WEIGHTS, FAR)
+
+
+def load(source: Path | None = None, reach: Reach = NEAR) -> Eyes:
     """Return the encoder, with the shipped weights or those of a file.
+
+    Args:
+        source: the file; None for the shipped one.
+        reach: which things are cut out.
 
     Raises:
         BadWeights: if there is no such file, or it has other content.
@@ -127,4 +141,4 @@ def load(source: Path | None = None) -> Eyes:
         network.requires_grad_(requires_grad=False)
         prepare_for_inference(network)
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}")
+    return Eyes(blocks, naming, f"eyes-{VERSION}-{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}", reach)

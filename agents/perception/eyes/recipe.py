@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+from arramon_agents.perception.eyes.depth_segmentation import REACHES
+
 NETWORKS = ("blocks", "naming")
 """The encoder's two networks."""
 
@@ -19,6 +21,7 @@ class EyesRecipe:
         only: name of the only network to train; empty for both.
         keep: file of weights from which the other network is taken; empty for the one trained before in the output
             folder. Only with `only`.
+        reach: which things are cut out to be named: "near", or "far" for agents that keep a map.
     """
 
     frames: int = 60_000
@@ -28,10 +31,13 @@ class EyesRecipe:
     seed: int = 0
     only: str = ""
     keep: str = ""
+    reach: str = "near"
 
     def __post_init__(self) -> None:
         if self.only not in ("", *NETWORKS):
             raise ValueError(f"there is no network {self.only!r}; there are {', '.join(NETWORKS)}")
+        if self.reach not in REACHES:
+            raise ValueError(f"there is no reach {self.reach!r}; there are {', '.join(REACHES)}")
         if self.keep and not self.only:
             raise ValueError(f"keep is {self.keep!r}, but both networks are trained: name one of them in only")
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import torch
 from torch.nn import functional
 
-from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, Reach, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes, prepare
 from arramon_agents.perception.eyes.targets import LabelTable, loss_of, masked_cross_entropy
@@ -78,18 +78,19 @@ class NamingTask:
         frame_of: returns frames.
         table: table of their labels.
         batch: number of frames in a batch.
+        reach: which things are cut out.
     """
 
-    def __init__(self, frame_of: FrameOf, table: LabelTable, batch: int) -> None:
+    def __init__(self, frame_of: FrameOf, table: LabelTable, batch: int, reach: Reach) -> None:
         self.network = NamingNetwork()
-        self._frame_of, self._table, self._batch = frame_of, table, batch
+        self._frame_of, self._table, self._batch, self._reach = frame_of, table, batch, reach
 
     def loss(self, step: int) -> Loss:
         """Return the loss of the things in a batch of frames."""
         crops, measures, codes = [], [], []
         for number in frame_numbers(step, self._batch):
             frame = self._frame_of(number)
-            for thing in find_things(frame.depth):
+            for thing in find_things(frame.depth, self._reach):
                 label, share = label_of(frame, thing)
                 if share >= MIN_PURITY:
                     crops.append(crop(frame.rgb, frame.depth, thing))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import torch
 
+from arramon_agents.perception.eyes.depth_segmentation import REACHES
 from arramon_agents.perception.eyes.encoder import read_networks, write_weights
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes
@@ -51,7 +52,7 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
     table = LabelTable(label_names())
     make: dict[str, Callable[[], TrainingTask]] = {
         "blocks": lambda: BlocksTask(EyesSizes(recipe.size), frames.frame, table, BATCHES["blocks"]),
-        "naming": lambda: NamingTask(frames.frame, table, BATCHES["naming"]),
+        "naming": lambda: NamingTask(frames.frame, table, BATCHES["naming"], REACHES[recipe.reach]),
     }
     kept = read_networks(Path(recipe.keep)) if recipe.keep else None
     trainers = []
@@ -63,7 +64,8 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
         else:
             trainer.resume()
         trainers.append(trainer)
-    return _write(trainers, kept, workspace.output / f"vision_eyes{SUFFIX}")
+    name = "vision_eyes" if recipe.reach == "near" else f"vision_eyes_{recipe.reach}"
+    return _write(trainers, kept, workspace.output / f"{name}{SUFFIX}")
 
 
 def _settings(name: str, recipe: EyesRecipe, workspace: Workspace) -> TrainerSettings:

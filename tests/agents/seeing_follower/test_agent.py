@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import arramon_lang as lang
-from arramon_agents.perception.eyes.encoder import load as load_eyes
+from arramon_agents.perception.eyes.encoder import load_far as load_eyes
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS, predict_percepts
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader, load

@@ -53,7 +53,7 @@ def test_walls_and_far_things_are_left_out() -> None:
 
 def test_small_things_are_left_out() -> None:
     depth = image((-0.2, 0.2, 15.0, 0.25))
-    (thing,) = find_things(depth)
+    (thing,) = find_things(depth, FAR)
     assert FAR.pixels <= thing.pixels < NEAR.pixels
     assert find_things(depth, NEAR) == []
 

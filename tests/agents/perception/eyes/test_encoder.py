@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from arramon_agents.perception.eyes.encoder import WEIGHTS, Eyes, load
+from arramon_agents.perception.eyes.encoder import FAR_WEIGHTS, WEIGHTS, Eyes, load, load_far
 from arramon_agents.perception.eyes.scores import GridScores, NameScores
 from arramon_agents.perception.registry import open_encoder
 from arramon_agents.simulated.frames import FrameSource, label_names
@@ -35,6 +35,22 @@ def test_it_sees_in_streets_where_it_was_not_trained(eyes: Eyes, source: FrameSo
     assert min(groups["kind"], groups["colour"], groups["pattern"], groups["wall"]) > 0.8
     assert min(groups["furniture"], groups["facade"]) > 0.6
     assert names.shares()["100 to 399 pixels"]["all"] > 0.7
+
+
+def test_the_encoder_for_maps_names_things_that_are_far(eyes: Eyes, source: FrameSource) -> None:
+    far_eyes, names = load_far(), NameScores(label_names())
+    near, far = 0, 0
+    for number in range(FRAMES):
+        frame = source.frame(number)
+        images = frame.rgb[None], frame.depth[None]
+        near += sum(named.thing.ahead > 16.0 for named in eyes.things(*images)[0])
+        far += sum(named.thing.ahead > 16.0 for named in far_eyes.things(*images)[0])
+        names.add(far_eyes.things(*images)[0], frame.labels)
+    assert near == 0
+    assert far >= 10
+    assert names.shares()["100 to 399 pixels"]["all"] > 0.7
+    assert far_eyes.fingerprint != eyes.fingerprint
+    assert FAR_WEIGHTS.stat().st_size < 2_000_000
 
 
 def test_it_meets_the_interface(eyes: Eyes, source: FrameSource) -> None:
