@@ -113,11 +113,17 @@ def identifies_target(found: Sequence[ThingMention], turn: dict[str, Any], thing
 
 
 def _in_full(mention: ThingMention, earlier: Sequence[ThingMention]) -> ThingMention:
-    """Resolve "the same" or "that" to the earlier mention, with its full description."""
-    alike = [each for each in earlier if each.kind == mention.kind and (each.colour or each.look)]
-    if mention.marker != "same" or mention.colour or mention.look or not alike:
+    """Resolve "the same" or "that" to the earlier mention, with its full description.
+
+    It is the latest of the kind that is no "same" itself: after "a blue car" and "the next car", "that car" is the
+    next one.
+    """
+    if mention.marker != "same" or mention.colour or mention.look:
         return mention
-    return replace(mention, colour=alike[-1].colour, look=alike[-1].look)
+    meant = next(
+        (m for m in reversed(earlier) if m.kind == mention.kind and (m.marker != "same" or m.colour or m.look)), None
+    )
+    return mention if meant is None else replace(mention, colour=meant.colour, look=meant.look)
 
 
 def _is_repeated(mention: ThingMention, earlier: ThingMention) -> bool:

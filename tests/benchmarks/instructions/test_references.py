@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from benchmarks.instructions.mentions import mentions
+from benchmarks.instructions.references import StreetObject, identifies_target
 from tests import tiny
 from tests.benchmarks.command import printed
 
@@ -22,3 +23,14 @@ def test_so_that_refers_to_nothing_mentioned_before() -> None:
     assert bench.marker == ""
     (bench,) = mentions("Go past that bench.", "en")
     assert bench.marker == "same"
+
+
+def test_that_car_is_the_latest_one() -> None:
+    """The target's look-alike lies beside the blue car, the target beside the next one."""
+    things = [StreetObject("car", "blue", "", 0.0, 0.0, 0, 1.0), StreetObject("car", "yellow", "", 0.0, 20.0, 9, 1.0)]
+    mugs = [{"type": "mug", "position": (1.0, 0.0, z)} for z in (20.0, 0.0)]
+    for text, expected in (
+        ("Pass the blue car. Turn left at the next car. Pick up the mug behind that car.", True),
+        ("Pass the blue car. Turn left. Pick up the mug behind that car.", False),
+    ):
+        assert identifies_target(list(mentions(text, "en")), {"street": mugs}, things) is expected
