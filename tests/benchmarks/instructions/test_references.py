@@ -26,9 +26,9 @@ def test_so_that_refers_to_nothing_mentioned_before() -> None:
 
 
 def test_that_car_is_the_latest_one() -> None:
-    """The target's look-alike lies beside the blue car, the target beside the next one."""
+    """The target lies beside the second car, its look-alike beside none."""
     things = [StreetObject("car", "blue", "", 0.0, 0.0, 0, 1.0), StreetObject("car", "yellow", "", 0.0, 20.0, 9, 1.0)]
-    mugs = [{"type": "mug", "position": (1.0, 0.0, z)} for z in (20.0, 0.0)]
+    mugs = [{"type": "mug", "position": (1.0, 0.0, z)} for z in (20.0, 40.0)]
     for text, expected in (
         ("Pass the blue car. Turn left at the next car. Pick up the mug behind that car.", True),
         ("Pass the blue car. Turn left. Pick up the mug behind that car.", False),
