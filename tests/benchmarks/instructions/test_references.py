@@ -30,7 +30,7 @@ def test_that_car_is_the_latest_one() -> None:
     things = [StreetObject("car", "blue", "", 0.0, 0.0, 0, 1.0), StreetObject("car", "yellow", "", 0.0, 20.0, 9, 1.0)]
     mugs = [{"type": "mug", "position": (1.0, 0.0, z)} for z in (20.0, 40.0)]
     for text, expected in (
-        ("Pass the blue car. Turn left at the next car. Pick up the mug behind that car.", True),
+        ("Pass the blue car. Turn left at the next car. Go to the bench. Pick up the mug behind that car.", True),
         ("Pass the blue car. Turn left. Pick up the mug behind that car.", False),
     ):
         assert identifies_target(list(mentions(text, "en")), {"street": mugs}, things) is expected
