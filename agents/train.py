@@ -147,10 +147,8 @@ def _ship(name: str, package: str, weights: Path) -> None:
 
     own = SHIPPED / name
     folder = own if own.is_dir() else SHIPPED.joinpath(*package.split("."))
-    shipped = WEIGHTS if weights.suffix == SUFFIX else weights.name
-    if weights.stem.endswith("_far"):  # The visual encoder has weights of two reaches.
-        shipped = f"far{SUFFIX}"
-    shutil.copyfile(weights, folder / shipped)
+    has_own_name = weights.suffix != SUFFIX or (folder / weights.name).exists()  # The visual encoder has two files.
+    shutil.copyfile(weights, folder / (weights.name if has_own_name else WEIGHTS))
     if weights.with_suffix(".md").exists():
         shutil.copyfile(weights.with_suffix(".md"), folder / CARD)
 

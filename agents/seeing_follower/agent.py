@@ -7,8 +7,7 @@ from arramon_agents.mapping.agent import MapAgent, Skills
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
 from arramon_agents.mapping.room_player import find_by_rules
-from arramon_agents.perception.eyes.encoder import Eyes
-from arramon_agents.perception.eyes.encoder import load_far as load_eyes
+from arramon_agents.perception.eyes.encoder import Eyes, load_far
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.process_settings import prepare_process
@@ -33,7 +32,7 @@ class Agent(MapAgent):
         self, eyes: Eyes | None = None, reader: LearnedReader | str | None = None, *, estimate_heading: bool = True
     ) -> None:
         prepare_process()
-        perceive = EyesPerception(eyes or load_eyes())
+        perceive = EyesPerception(eyes or load_far())
         reads = reader if isinstance(reader, LearnedReader) else load_reader(Path(reader) if reader else None)
         super().__init__(
             Skills(

@@ -9,7 +9,7 @@ import numpy as np
 
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
-from arramon_agents.perception.eyes.encoder import load_far as load_eyes
+from arramon_agents.perception.eyes.encoder import load_far
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.simulated.courses import TrainingCourses
@@ -55,7 +55,7 @@ class RenderedWalker:
     def __init__(self, streets: RenderedStreets, courses: TrainingCourses, network: PolicyNetwork) -> None:
         self._streets, self._courses, self._policy = streets, courses, MapPolicy([network])
         self._backend = open_backend(Options(data=streets.data))
-        self._perceive = EyesPerception(load_eyes())
+        self._perceive = EyesPerception(load_far())
         self._players: dict[str, Player] = {}
 
     def walk(self, planned: PlannedWalk) -> EpisodeWalk:

@@ -6,8 +6,7 @@ from arramon_agents.mapping.agent import MapAgent, PhasePlayer, Skills
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
 from arramon_agents.mapping.probabilistic_room_memory import ProbabilisticRoomMemory
-from arramon_agents.perception.eyes.encoder import Eyes
-from arramon_agents.perception.eyes.encoder import load_far as load_eyes
+from arramon_agents.perception.eyes.encoder import Eyes, load_far
 from arramon_agents.perception.eyes.perception import EyesPerception
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
 from arramon_agents.perception.percept import perceive_as_given
@@ -51,7 +50,7 @@ class SeeingAgent(MapAgent):
         reads = reader or load_reader()
         super().__init__(
             Skills(
-                perceive=EyesPerception(eyes or load_eyes()),
+                perceive=EyesPerception(eyes or load_far()),
                 read=lambda _, text, phase: reads.read(text, phase),
                 make_walk=partial(follow_policy, policy, looks=looks),
                 find_cell=placement.find,

@@ -185,7 +185,7 @@ def test_smoke_of_the_readers_fine_tuning(data: Path, tmp_path: Path) -> None:
     assert all(torch.equal(*both) for both in zip(first.parameters(), again.parameters(), strict=True))
 
 
-def test_smoke_of_the_eyes(tmp_path: Path) -> None:
+def test_smoke_of_the_eyes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The networks may be trained one by one; when both are, the weights are written."""
     command = ["--agent", "eyes", "--smoke", "--output", str(tmp_path)]
     assert train.main([*command, "--only", "blocks"]) == 0
@@ -203,9 +203,15 @@ def test_smoke_of_the_eyes(tmp_path: Path) -> None:
     assert same == [True, False]
     assert train.main([*command, "--keep", str(EYES)]) == 1
     assert train.main([*command, "--only", "naming", "--keep", str(EYES), "--reach", "far"]) == 1  # Another recipe.
+    folder = tmp_path / "shipped" / "perception" / "eyes"
+    folder.mkdir(parents=True)
+    for name in ("weights.safetensors", "far.safetensors"):
+        (folder / name).write_text("before")
+    monkeypatch.setattr(weights_module, "SHIPPED", tmp_path / "shipped")
     command[-1] = str(tmp_path / "far")
-    assert train.main([*command, "--only", "naming", "--keep", str(EYES), "--reach", "far"]) == 0
-    assert read_networks(tmp_path / "far" / "vision_eyes_far.safetensors")
+    assert train.main([*command, "--only", "naming", "--keep", str(EYES), "--reach", "far", "--ship"]) == 0
+    assert read_networks(folder / "far.safetensors")
+    assert (folder / "weights.safetensors").read_text() == "before"
     assert train.main([*command, "--reach", "farther"]) == 1
 
 

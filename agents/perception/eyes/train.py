@@ -8,7 +8,7 @@ from pathlib import Path
 import torch
 
 from arramon_agents.perception.eyes.depth_segmentation import REACHES
-from arramon_agents.perception.eyes.encoder import read_networks, write_weights
+from arramon_agents.perception.eyes.encoder import FAR_WEIGHTS, read_networks, write_weights
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes
 from arramon_agents.perception.eyes.recipe import NETWORKS, EyesRecipe
@@ -64,8 +64,8 @@ def train(recipe: EyesRecipe, workspace: Workspace, report: Report) -> Path | No
         else:
             trainer.resume()
         trainers.append(trainer)
-    name = "vision_eyes" if recipe.reach == "near" else f"vision_eyes_{recipe.reach}"
-    return _write(trainers, kept, workspace.output / f"{name}{SUFFIX}")
+    name = FAR_WEIGHTS.name if recipe.reach == "far" else f"vision_eyes{SUFFIX}"
+    return _write(trainers, kept, workspace.output / name)
 
 
 def _settings(name: str, recipe: EyesRecipe, workspace: Workspace) -> TrainerSettings:

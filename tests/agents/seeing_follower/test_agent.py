@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import arramon_lang as lang
-from arramon_agents.perception.eyes.encoder import load_far as load_eyes
+from arramon_agents.perception.eyes.encoder import load_far
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS, predict_percepts
 from arramon_agents.perception.eyes.vocabulary import LOOK_GROUPS
 from arramon_agents.reading.reader.reader import LearnedReader, load
@@ -47,7 +47,7 @@ def test_the_reader_that_comes_along_knows_what_to_pick_up(language: str) -> Non
 
 def test_it_picks_up_what_is_named_by_rgb_and_depth_alone() -> None:
     """In a frame in which one collectible lies straight ahead, within reach."""
-    source, eyes = FrameSource([("6", "0")], 224, 11, room_share=0.0), load_eyes()
+    source, eyes = FrameSource([("6", "0")], 224, 11, room_share=0.0), load_far()
     picked = 0
     for number in range(400):
         frame = source.frame(number)
@@ -76,7 +76,7 @@ def test_missing_sensors_are_named() -> None:
 
 
 def test_upright_pixels_are_no_road() -> None:
-    source, eyes = FrameSource([("6", "0")], 224, 12, room_share=0.0), load_eyes()
+    source, eyes = FrameSource([("6", "0")], 224, 12, room_share=0.0), load_far()
     right = total = 0
     for number in range(6):
         frame = source.frame(number)

@@ -44,8 +44,9 @@ def test_the_encoder_for_maps_names_things_that_are_far(eyes: Eyes, source: Fram
         frame = source.frame(number)
         images = frame.rgb[None], frame.depth[None]
         near += sum(named.thing.ahead > 16.0 for named in eyes.things(*images)[0])
-        far += sum(named.thing.ahead > 16.0 for named in far_eyes.things(*images)[0])
-        names.add(far_eyes.things(*images)[0], frame.labels)
+        seen = far_eyes.things(*images)[0]
+        far += sum(named.thing.ahead > 16.0 for named in seen)
+        names.add(seen, frame.labels)
     assert near == 0
     assert far >= 10
     assert names.shares()["100 to 399 pixels"]["all"] > 0.7
