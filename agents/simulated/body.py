@@ -10,9 +10,10 @@ from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import CELL
 from arramon_agents.mapping.motion import STEPS
 from arramon_agents.mapping.probabilistic_landmark_memory import ProbabilisticLandmarkMemory
-from arramon_agents.perception.eyes.depth_segmentation import FAR, FrameThing
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing
 from arramon_agents.perception.eyes.detected_things import DetectedThing
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS
+from arramon_agents.perception.eyes.reach import FAR
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS, NONE, look_slices
 from arramon_agents.perception.scan import FREE_POINT_DISTANCES, MAX_DISTANCE, SIGHTING_SQUARE, Scan, Sighting
 from arramon_agents.simulated.world import FOCAL, StreetWorld, Things

@@ -3,13 +3,13 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts, number_parts
 from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_agents.perception.eyes.reach import NEAR, Reach
 from arramon_client.world import EYE_HEIGHT
 
 MIN_HEIGHT, MAX_HEIGHT = 0.018, 2.2
@@ -38,25 +38,6 @@ MEASURES = 5
 """Number of measures of a thing, see `FrameThing.measures`."""
 
 Floats = npt.NDArray[np.float32]
-
-
-class Reach(NamedTuple):
-    """Which things are cut out.
-
-    Attributes:
-        ahead: maximum distance ahead of the camera, in units.
-        pixels: minimum number of pixels.
-    """
-
-    ahead: float
-    pixels: int
-
-
-NEAR, FAR = Reach(16.0, 18), Reach(28.0, 10)
-"""Reach of an encoder for single frames; of one for agents that keep a map, to which later views of a thing add."""
-
-REACHES = {"near": NEAR, "far": FAR}
-"""Reaches by name."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.depth_segmentation import FrameThing, Reach, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
+from arramon_agents.perception.eyes.reach import Reach
 
 Floats = npt.NDArray[np.float32]
 

@@ -9,7 +9,6 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
-from arramon_agents.perception.eyes.depth_segmentation import FAR, NEAR, Reach
 from arramon_agents.perception.eyes.detected_things import DetectedThing, find_and_name_things
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
@@ -21,6 +20,7 @@ from arramon_agents.perception.eyes.network import (
     prepare_for_inference,
     probabilities,
 )
+from arramon_agents.perception.eyes.reach import FAR, NEAR, Reach
 from arramon_agents.weights import read_weights_file, write_weights_file
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")

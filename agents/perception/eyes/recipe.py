@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from arramon_agents.perception.eyes.depth_segmentation import REACHES
+from arramon_agents.perception.eyes.reach import REACHES
 
 NETWORKS = ("blocks", "naming")
 """The encoder's two networks."""

@@ -8,9 +8,10 @@ import numpy.typing as npt
 import torch
 from torch.nn import functional
 
-from arramon_agents.perception.eyes.depth_segmentation import FrameThing, Reach, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes, prepare
+from arramon_agents.perception.eyes.reach import Reach
 from arramon_agents.perception.eyes.targets import LabelTable, loss_of, masked_cross_entropy
 from arramon_agents.perception.eyes.vocabulary import KINDS, NONE, look_slices
 from arramon_agents.training.trainer import Loss

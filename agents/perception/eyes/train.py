@@ -7,10 +7,10 @@ from pathlib import Path
 
 import torch
 
-from arramon_agents.perception.eyes.depth_segmentation import REACHES
 from arramon_agents.perception.eyes.encoder import FAR_WEIGHTS, read_networks, write_weights
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import EyesNetwork, EyesSizes
+from arramon_agents.perception.eyes.reach import REACHES
 from arramon_agents.perception.eyes.recipe import NETWORKS, EyesRecipe
 from arramon_agents.perception.eyes.targets import LabelTable
 from arramon_agents.perception.eyes.tasks import BlocksTask, NamingTask

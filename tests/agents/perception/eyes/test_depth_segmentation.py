@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, FAR, NEAR, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, crop, find_things
 from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_agents.perception.eyes.reach import FAR, NEAR
 from arramon_client.world import EYE_HEIGHT
 
 SIZE = 224
