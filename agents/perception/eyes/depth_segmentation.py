@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,9 @@ JUMP, RELATIVE_JUMP = 0.06, 0.03
 
 MAX_THING_WIDTH = 3.0
 """Maximum width of a thing, in units; anything wider is a wall."""
+
+BEFORE_WALL = 0.3
+"""Distance before the wall of its column, in units, from which a pixel is not of the wall."""
 
 CROP_SIZE = 32
 """Side length of a crop, in pixels."""
@@ -71,8 +75,26 @@ class FrameThing:
         return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, math.log(self.pixels) / 8.0
 
 
+class FrameParts(NamedTuple):
+    """What is cut out of a frame.
+
+    Attributes:
+        things: the things, the nearest first.
+        scraps: (size, size) pixels before the walls that are of no thing: of parts with too few pixels, and of rims
+            behind a jump in depth, such as the far rim of a bucket.
+    """
+
+    things: list[FrameThing]
+    scraps: npt.NDArray[np.bool_]
+
+
 def find_things(depth: Floats, reach: Reach = NEAR) -> list[FrameThing]:
-    """Return the things in a frame, the nearest first.
+    """Return the things in a frame, the nearest first; arguments as for `find_parts`."""
+    return find_parts(depth, reach).things
+
+
+def find_parts(depth: Floats, reach: Reach = NEAR) -> FrameParts:
+    """Return the things in a frame, and the pixels that are neither of them nor of walls.
 
     Args:
         depth: (size, size) units along the viewing direction, 0 where there is nothing.
@@ -97,7 +119,9 @@ def find_things(depth: Floats, reach: Reach = NEAR) -> list[FrameThing]:
         ahead = float(depth[rows, columns][mask].mean())
         width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
         things.append(FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
-    return sorted(things, key=lambda thing: thing.ahead)
+    is_small = np.append(False, pixels < reach.pixels)[numbers]
+    is_rim = ~marked & (depth > 0.0) & (depth < walls - BEFORE_WALL)
+    return FrameParts(sorted(things, key=lambda thing: thing.ahead), is_small | is_rim)
 
 
 def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats:

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_things
+from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_parts
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
 from arramon_agents.perception.eyes.reach import Reach
@@ -38,10 +39,22 @@ class DetectedThing:
         return int(self.kinds.argmax())
 
 
-def find_and_name_things(
+class NamedParts(NamedTuple):
+    """What is cut out of a frame.
+
+    Attributes:
+        things: the detected things, the nearest first.
+        scraps: (size, size) pixels that are neither of them nor of walls, see `FrameParts`.
+    """
+
+    things: list[DetectedThing]
+    scraps: npt.NDArray[np.bool_]
+
+
+def find_and_name_parts(
     network: NamingNetwork, rgb: npt.NDArray[np.uint8], depth: Floats, reach: Reach
-) -> list[list[DetectedThing]]:
-    """Return the things detected in each frame, the nearest first.
+) -> list[NamedParts]:
+    """Return what is cut out of each frame.
 
     Args:
         network: trained network, in evaluation mode.
@@ -49,13 +62,13 @@ def find_and_name_things(
         depth: (B, size, size) units.
         reach: which things are cut out.
     """
-    things = [find_things(each, reach) for each in depth]
-    crops = [crop(rgb[number], depth[number], thing) for number, some in enumerate(things) for thing in some]
+    parts = [find_parts(each, reach) for each in depth]
+    crops = [crop(rgb[number], depth[number], thing) for number, part in enumerate(parts) for thing in part.things]
     if not crops:
-        return [[] for _ in things]
-    measures = torch.tensor([thing.measures for some in things for thing in some])
+        return [NamedParts([], part.scraps) for part in parts]
+    measures = torch.tensor([thing.measures for part in parts for thing in part.things])
     with torch.inference_mode():
         logits = network(to_network(np.stack(crops)), measures)
         found = probabilities(Predictions(logits))
     names = zip(*(part.numpy() for part in found), strict=True)
-    return [[DetectedThing(thing, *next(names)) for thing in some] for some in things]
+    return [NamedParts([DetectedThing(thing, *next(names)) for thing in part.things], part.scraps) for part in parts]

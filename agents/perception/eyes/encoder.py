@@ -9,7 +9,7 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
-from arramon_agents.perception.eyes.detected_things import DetectedThing, find_and_name_things
+from arramon_agents.perception.eyes.detected_things import DetectedThing, NamedParts, find_and_name_parts
 from arramon_agents.perception.eyes.grid import CHANNEL_NAMES, add_things, grid_of_blocks
 from arramon_agents.perception.eyes.naming_network import NamingNetwork
 from arramon_agents.perception.eyes.network import (
@@ -71,8 +71,8 @@ class Eyes:
         for first in range(0, len(rgb), BATCH):
             some = rgb[first : first + BATCH], depth[first : first + BATCH]
             cells = grid_of_blocks(self._look(*some), torch.from_numpy(np.ascontiguousarray(some[1])))
-            for each, things in zip(cells, find_and_name_things(self._naming, *some, self._reach), strict=True):
-                add_things(each, things, self.image_size)
+            for each, found in zip(cells, find_and_name_parts(self._naming, *some, self._reach), strict=True):
+                add_things(each, found.things, self.image_size)
             parts.append(cells)
         return np.concatenate(parts)
 
@@ -83,8 +83,12 @@ class Eyes:
 
     def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[DetectedThing]]:
         """Return the detected things on the ground in each frame, the nearest first; arguments as for `encode`."""
+        return [found.things for found in self.parts(rgb, depth)]
+
+    def parts(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[NamedParts]:
+        """Return what is cut out of each frame; arguments as for `encode`."""
         self._check(rgb, depth)
-        return find_and_name_things(self._naming, rgb, depth, self._reach)
+        return find_and_name_parts(self._naming, rgb, depth, self._reach)
 
     def _look(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> Probabilities:
         with torch.inference_mode():

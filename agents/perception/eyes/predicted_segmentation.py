@@ -1,12 +1,11 @@
 """Output of the visual encoder as a predicted segmentation and detected things, for agents that keep a map."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.eyes.detected_things import DetectedThing
+from arramon_agents.perception.eyes.detected_things import DetectedThing, NamedParts
 from arramon_agents.perception.eyes.encoder import BATCH, Eyes
 from arramon_agents.perception.eyes.kernels import label_surfaces
 from arramon_agents.perception.eyes.pixel_rays import rays
@@ -33,8 +32,9 @@ _UNCLEAR = _FIRST_FACADE + len(_FACADES)
 _FIRST_WALL = _UNCLEAR + 1
 _FIRST_THING = _FIRST_WALL + len(_WALLS)
 _KIND = {kind: number for number, kind in enumerate(KINDS)}
-_CROSSING, _ROAD = FLAT.index("zebra_crossing"), FLAT.index("road")
+_CROSSING, _ROAD, _PAVEMENT = (FLAT.index(kind) for kind in ("zebra_crossing", "road", "pavement"))
 _FLAT_KINDS = [_KIND[kind] for kind in FLAT]
+_IS_BUILDING = np.array([label.kind == "building" for label in LABELS])
 
 
 MIN_UPRIGHT_HEIGHT = 0.03
@@ -76,9 +76,9 @@ def predict_percepts(eyes: Eyes, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[
     for first in range(0, len(rgb), BATCH):
         some = rgb[first : first + BATCH], depth[first : first + BATCH]
         kinds, _, looks = (part.numpy() for part in eyes.blocks(*some))
-        for number, things in enumerate(eyes.things(*some)):
+        for number, parts in enumerate(eyes.parts(*some)):
             frame = some[0][number], some[1][number]
-            sights.append(FramePercept(_labels(kinds[number], looks[number], *frame, things), things))
+            sights.append(FramePercept(_labels(kinds[number], looks[number], *frame, parts), parts.things))
     return sights
 
 
@@ -87,9 +87,12 @@ def _labels(
     looks: npt.NDArray[np.float32],
     rgb: npt.NDArray[np.uint8],
     depth: npt.NDArray[np.float32],
-    things: Sequence[DetectedThing],
+    parts: NamedParts,
 ) -> npt.NDArray[np.uint16]:
-    """Return the label of each pixel of a frame, from block probabilities and detected things."""
+    """Return the label of each pixel of a frame, from block probabilities and what is cut out.
+
+    What is too small to be named is ground rather than building: an object to pick up is no wall in front of itself.
+    """
     flat = kinds[_FLAT_KINDS].argmax(0)
     upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
     labels = np.empty(depth.shape, np.uint16)
@@ -97,7 +100,8 @@ def _labels(
         rgb, depth, upright, flat, rays(len(depth)), EYE_HEIGHT, MIN_UPRIGHT_HEIGHT, _CROSSING, _ROAD,
         MIN_STRIPE_BRIGHTNESS, labels,
     )  # fmt: skip
-    for named in things:
+    labels[parts.scraps & _IS_BUILDING[labels]] = _PAVEMENT
+    for named in parts.things:
         kind = named.kind
         if kind >= len(SURFACES):
             labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)

@@ -5,27 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, crop, find_things
-from arramon_agents.perception.eyes.pixel_rays import rays
+from arramon_agents.perception.eyes.depth_segmentation import CROP_SIZE, FrameThing, crop, find_parts, find_things
 from arramon_agents.perception.eyes.reach import FAR, NEAR
-from arramon_client.world import EYE_HEIGHT
-
-SIZE = 224
-
-Box = tuple[float, float, float, float]
-"""Right edge from and to, distance ahead, and height of a board that stands on the ground, in units."""
-
-
-def image(*boards: Box) -> np.ndarray:
-    """The depth of flat ground without end, with upright boards."""
-    down, right = rays(SIZE)[:, None], rays(SIZE)[None]
-    with np.errstate(divide="ignore"):
-        depth = np.broadcast_to(np.where(down > 0.0, EYE_HEIGHT / down, 0.0), (SIZE, SIZE)).astype(np.float32)
-    depth = np.where(depth < 60.0, depth, 0.0).astype(np.float32)
-    for start, end, ahead, height in sorted(boards, key=lambda board: -board[2]):
-        top = EYE_HEIGHT - down * ahead
-        depth = np.where((right * ahead > start) & (right * ahead < end) & (top > 0) & (top < height), ahead, depth)
-    return depth.astype(np.float32)
+from tests.agents.perception.eyes.depth_images import SIZE, image
 
 
 def test_a_board_is_found_where_it_is() -> None:
@@ -59,6 +41,18 @@ def test_small_things_are_left_out() -> None:
     assert find_things(depth, NEAR) == []
 
 
+def test_scraps_are_neither_of_things_nor_of_walls() -> None:
+    depth = image((-4.0, 4.0, 14.0, 3.0), (-0.2, 0.2, 3.0, 0.3), (0.9, 1.1, 12.0, 0.2), (-0.2, -0.05, 2.8, 0.25))
+    things, scraps = find_parts(depth)
+    assert [round(thing.ahead, 1) for thing in things] == [2.8, 3.0]
+    assert scraps[depth == np.float32(12.0)].all()
+    assert not scraps[depth == np.float32(14.0)].any()
+    rim = (depth == np.float32(3.0)) & ~_mask(things[1])
+    assert rim.any()
+    assert scraps[rim].all()
+    assert not scraps[_mask(things[0]) | _mask(things[1])].any()
+
+
 def test_a_crop_holds_the_whole_thing_at_one_scale() -> None:
     for ahead in (1.5, 4.0):
         depth = image((-0.15, 0.15, ahead, 0.3))
@@ -81,3 +75,9 @@ def test_a_crop_at_the_edge_is_dark_outside_the_frame() -> None:
 
 def _squareness(shape: tuple[int, ...]) -> float:
     return min(shape) / max(shape)
+
+
+def _mask(thing: FrameThing) -> np.ndarray:
+    mask = np.zeros((SIZE, SIZE), np.bool_)
+    mask[thing.rows, thing.columns] = thing.mask
+    return mask

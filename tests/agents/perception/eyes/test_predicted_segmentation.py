@@ -7,12 +7,16 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from arramon_agents.perception.eyes.depth_segmentation import find_parts
+from arramon_agents.perception.eyes.detected_things import NamedParts
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS, predict_percepts
+from arramon_agents.perception.eyes.reach import NEAR
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
 from arramon_agents.perception.frame_cache import FrameCache
 from arramon_client.world import EYE_HEIGHT
+from tests.agents.perception.eyes.depth_images import image
 
 SIZE, BLOCKS = 224, 28
 STRIPE, KERB = 239, 192
@@ -29,8 +33,8 @@ class _Blocks:
     def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[torch.Tensor]:
         return self._found
 
-    def things(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[list[object]]:
-        return [[] for _ in rgb]
+    def parts(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[NamedParts]:
+        return [NamedParts([], find_parts(each).scraps) for each in depth]
 
 
 def _spread(values: object) -> torch.Tensor:
@@ -59,6 +63,17 @@ def test_a_facade_is_known_where_its_blocks_at_eye_height_agree() -> None:
         looks = {("facade", "brick"): share, ("facade", "glass"): 1.0 - share}
         eyes = _Blocks({"building": 0.4, "road": 0.6}, looks)
         assert _labels(eyes, rgb, depth)[112][60] == expected
+
+
+def test_what_is_too_small_to_be_named_is_no_building() -> None:
+    """Otherwise a far object to pick up is a wall on the map, before itself."""
+    depth = image((-4.0, 4.0, 14.0, 3.0), (-0.1, 0.1, 12.0, 0.2))
+    eyes = _Blocks({"building": 1.0}, {("facade", "brick"): 1.0})
+    labels = np.array(_labels(eyes, np.zeros((SIZE, SIZE, 3), np.uint8), depth))
+    small = depth == np.float32(12.0)
+    assert 0 < small.sum() < NEAR.pixels
+    assert set(labels[small]) == {"pavement"}
+    assert set(labels[depth == np.float32(14.0)]) == {"brick"}
 
 
 class _Counting(_Blocks):
