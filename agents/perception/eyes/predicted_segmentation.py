@@ -1,5 +1,6 @@
 """Output of the visual encoder as a predicted segmentation and detected things, for agents that keep a map."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +47,9 @@ block with part of a far crossing, the other pixels are road."""
 
 EYE_LEVEL_BLOCKS = slice(9, 17)
 """Rows of blocks at eye height."""
+
+SAME_WALL_DEPTH = 0.04
+"""Maximum difference in depth of two pixels of a wall in one column, as a share of the depth: walls are upright."""
 
 MIN_FACADE_PROBABILITY = 0.6
 """Minimum probability of the most likely facade in a column for it to be the label."""
@@ -94,7 +98,8 @@ def _labels(
     What is too small to be named is ground rather than building: an object to pick up is no wall in front of itself.
     """
     flat = kinds[_FLAT_KINDS].argmax(0)
-    upright = _rooms(looks) if kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum() else _houses(kinds, looks)
+    is_room = kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum()
+    upright = _rooms(looks) if is_room else _houses(kinds, looks, depth, parts.things)
     labels = np.empty(depth.shape, np.uint16)
     label_surfaces(
         rgb, depth, upright, flat, rays(len(depth)), EYE_HEIGHT, MIN_UPRIGHT_HEIGHT, _CROSSING, _ROAD,
@@ -114,13 +119,28 @@ def _rooms(looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     return walls
 
 
-def _houses(kinds: npt.NDArray[np.float32], looks: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+def _houses(
+    kinds: npt.NDArray[np.float32],
+    looks: npt.NDArray[np.float32],
+    depth: npt.NDArray[np.float32],
+    things: Sequence[DetectedThing],
+) -> npt.NDArray[np.int64]:
     """Return the label of each block's buildings, (28, 28): one facade per column, from its blocks at eye height.
 
-    If it is uncertain, the label is a building without facade: solid, but never a referent of an instruction. Blocks
-    are not labelled one by one, because blocks at the horizon also show the ground in front of a far building.
+    A block counts by the share of its pixels in which the wall at the horizon is in view, and not a thing, the ground
+    or a higher building behind. If the facade is uncertain, the label is a building without facade: solid, but never a
+    referent of an instruction. Blocks are not labelled one by one, because blocks at the horizon also show the ground
+    in front of a far building.
     """
-    chances = kinds[_KIND["building"]][EYE_LEVEL_BLOCKS] * looks[_SLICES["facade"]][:, EYE_LEVEL_BLOCKS]
+    blocks = kinds.shape[1]
+    wall = np.where(depth > 0.0, depth, np.float32(np.nan))
+    for named in things:
+        if named.kind >= len(SURFACES):
+            wall[named.thing.rows, named.thing.columns][named.thing.mask] = np.nan
+    parted = wall.reshape(blocks, -1, blocks, wall.shape[1] // blocks)
+    horizon = wall[len(wall) // 2].reshape(blocks, -1)
+    shown = (np.abs(parted[EYE_LEVEL_BLOCKS] - horizon) < SAME_WALL_DEPTH * horizon).mean((1, 3))
+    chances = kinds[_KIND["building"]][EYE_LEVEL_BLOCKS] * shown * looks[_SLICES["facade"]][:, EYE_LEVEL_BLOCKS]
     mean = chances.sum(1) / np.maximum(chances.sum((0, 1)), 1e-6)  # (facades, columns)
     houses = np.where(mean.max(0) > MIN_FACADE_PROBABILITY, _FIRST_FACADE + mean.argmax(0), _UNCLEAR)
     return np.repeat(houses[None], kinds.shape[1], 0)

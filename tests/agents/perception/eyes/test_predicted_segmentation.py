@@ -27,11 +27,11 @@ class _Blocks:
     """An encoder that finds no things, and in all blocks the same probabilities."""
 
     def __init__(self, kinds: dict[str, float], looks: dict[tuple[str, str], float]) -> None:
-        self._found = [_spread(kinds.get(kind, 0.0) for kind in KINDS), _spread(0.0 for _ in COLOURS)]
-        self._found.append(_spread(looks.get(look, 0.0) for look in LOOKS))
+        self.found = [_spread(kinds.get(kind, 0.0) for kind in KINDS), _spread(0.0 for _ in COLOURS)]
+        self.found.append(_spread(looks.get(look, 0.0) for look in LOOKS))
 
     def blocks(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[torch.Tensor]:
-        return self._found
+        return self.found
 
     def parts(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[NamedParts]:
         return [NamedParts([], find_parts(each).scraps) for each in depth]
@@ -74,6 +74,17 @@ def test_what_is_too_small_to_be_named_is_no_building() -> None:
     assert 0 < small.sum() < NEAR.pixels
     assert set(labels[small]) == {"pavement"}
     assert set(labels[depth == np.float32(14.0)]) == {"brick"}
+
+
+def test_a_facade_is_not_that_of_a_higher_building_behind() -> None:
+    depth = np.full((SIZE, SIZE), 20.0, np.float32)
+    depth[:104] = 30.0
+    eyes = _Blocks({"building": 1.0}, {("facade", "brick"): 1.0})
+    brick, glass = (LOOKS.index(("facade", look)) for look in ("brick", "glass"))
+    looks = eyes.found[2].clone()
+    looks[:, [brick, glass], :13] = torch.tensor([0.0, 1.0])[None, :, None, None]
+    eyes.found[2] = looks
+    assert _labels(eyes, np.zeros((SIZE, SIZE, 3), np.uint8), depth)[112][60] == "brick"
 
 
 class _Counting(_Blocks):
