@@ -8,7 +8,7 @@ from arramon_agents.follower.referents import ORDINALS, Marks, Referents
 from arramon_agents.follower.side_streets import SideStreets, find_next_side_street
 from arramon_agents.mapping.body import AgentBody, to_local_frame
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead
-from arramon_agents.mapping.motion import TURN, turns
+from arramon_agents.mapping.motion import TURN, step_key, turns
 from arramon_agents.mapping.notes import Intent, outline, place
 from arramon_agents.mapping.target import PICK_UP_TO, find_target, has_seen_reference, is_near_reference, is_reached
 from arramon_client.agent import Action
@@ -209,6 +209,8 @@ class Navigator:
         beyond = {"past": PAST_DISTANCE, "beside": 0.0}.get(step.way, 0.3)
         if step.way == "past" and (step.things[0].number or step.things[0].kind == "building"):
             marks = self._farthest(step.things[0])
+        if step.things[0].kind == "building":
+            return self._walk_along(marks, beyond)
         return self._pass(marks, beyond)
 
     def _farthest(self, thing: Thing) -> tuple[float, float]:
@@ -290,6 +292,13 @@ class Navigator:
         sin, cos = math.sin(course), math.cos(course)
         goal = body.x + left * sin + aside * cos, body.z + left * cos - aside * sin
         return self._walker.go_to(body.ground.nearest_free(*goal), 0.6)
+
+    def _walk_along(self, place: tuple[float, float], beyond: float) -> Action | None:
+        """Return the next action along the street to `beyond` units past a building, however far aside it stands."""
+        if self._place is None:
+            self._place = place
+        _, ahead = to_local_frame(self._place[0] - self._body.x, self._place[1] - self._body.z, self._course)
+        return None if ahead + beyond <= PASSED_DISTANCE else self._walker.go_ahead(self._course)
 
     def _aim(self, place: tuple[float, float], start: tuple[float, float]) -> float:
         if math.hypot(place[0] - start[0], place[1] - start[1]) < 1.5:
@@ -377,4 +386,5 @@ class Navigator:
             action = self._walker.go_to((x, z), 0.8)
             if action is not None:
                 return action
-        return Action.RIGHT
+        # Nowhere to go on the map: it may be wrong, so try steps that it forbids.
+        return Action.RIGHT if step_key(*body.pose) in body.closed_steps else Action.FORWARD

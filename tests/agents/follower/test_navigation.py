@@ -14,6 +14,7 @@ from arramon_agents.mapping.ground_map import GroundMap, cell_index
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead, matches_label
 from arramon_agents.mapping.motion import can_step, find_path, turns
 from arramon_agents.mapping.notes import outline
+from arramon_agents.perception.scan import Sighting
 from arramon_client.agent import Action, Label, Observation
 from arramon_dataset.trial import AGENT_LABELS
 from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
@@ -48,11 +49,17 @@ class Street:
         return Observation("e", 1, "navigation", 0, "", 0, 150, depth=depth, segmentation=segmentation)
 
     def play(
-        self, meaning: Navigation, start: Pose = START, street: tuple[Collectible, ...] = STREET
+        self,
+        meaning: Navigation,
+        start: Pose = START,
+        street: tuple[Collectible, ...] = STREET,
+        imagined: tuple[tuple[float, float], ...] = (),
     ) -> tuple[State, list[Action]]:
-        """The state when the navigation has ended, and what was done."""
+        """The state when the navigation has ended, and what was done, with obstacles on the map that are not there."""
         layout = EpisodeLayout(start, (street, street), ())
         state, body, actions = rules.begin(layout), AgentBody(AGENT_LABELS), []
+        for x, z in imagined:
+            body.ground.block(x, z)
         navigator, self.body = Navigator(body, meaning), body
         self.intents: list[Any] = []
         while state.phase is Phase.NAVIGATION:
@@ -120,6 +127,27 @@ def test_instructed_steps_determine_the_direction(
 def test_target_is_found_without_any_instructed_steps(street: Street) -> None:
     state, _ = street.play(Navigation((), MUG))
     assert state.carried == STREET[0].type
+
+
+def test_a_map_without_any_way_out_is_not_believed(street: Street) -> None:
+    around = [math.radians(degrees) for degrees in range(0, 360, 10)]
+    state, actions = street.play(
+        Navigation((), MUG), imagined=tuple((0.9 * math.sin(each), 0.9 * math.cos(each)) for each in around)
+    )
+    assert state.carried == STREET[0].type
+    assert len(actions) < 100
+
+
+def test_a_building_is_passed_along_the_street_however_far_aside_it_stands() -> None:
+    label = next(
+        number for number, label in enumerate(AGENT_LABELS) if (label.kind, label.look) == ("building", "brick")
+    )
+    body = AgentBody(AGENT_LABELS)
+    body.landmarks.add([Sighting(label, 7.0, 7.0, 9.9, 40)])
+    navigator = Navigator(body, Navigation((Walk("past", (Thing("building", look="brick"),)),), MUG))
+    assert navigator.act() is Action.FORWARD
+    across, ahead = navigator.intent()["goal"]
+    assert abs(across) < 0.5 < ahead
 
 
 def test_matching_one_of_two_adjacent_objects_is_picked_up(street: Street) -> None:
