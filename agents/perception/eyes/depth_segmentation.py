@@ -8,7 +8,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from arramon_agents.perception.eyes.kernels import fill_crop, find_walls, mark_solid, measure_parts, number_parts
+from arramon_agents.perception.eyes.kernels import (
+    fill_crop,
+    find_walls,
+    mark_solid,
+    measure_parts,
+    number_parts,
+    number_rims,
+)
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.reach import NEAR, Reach
 from arramon_client.world import EYE_HEIGHT
@@ -80,11 +87,13 @@ class FrameParts(NamedTuple):
 
     Attributes:
         things: the things, the nearest first.
-        scraps: (size, size) pixels before the walls that are of no thing: of parts with too few pixels, and of rims
-            behind a jump in depth, such as the far rim of a bucket.
+        rims: (size, size) number of the thing, from 1 in the order of `things`, whose rim each pixel is: pixels beside
+            it that are behind a jump in depth, and so not in its mask. 0 for pixels that are no rim.
+        scraps: (size, size) pixels of parts that are too small to be things, with their rims.
     """
 
     things: list[FrameThing]
+    rims: npt.NDArray[np.int32]
     scraps: npt.NDArray[np.bool_]
 
 
@@ -112,16 +121,21 @@ def find_parts(depth: Floats, reach: Reach = NEAR) -> FrameParts:
     measure_parts(numbers, depth, right, EYE_HEIGHT, boxes, pixels, spans)
     first, last, low, high = spans.T
     widths, middles = last - first, (first + last) / 2
-    things = []
+    things, parts = [], []
     for part in np.flatnonzero((pixels >= reach.pixels) & (widths <= MAX_THING_WIDTH)):
         rows, columns = slice(*boxes[part, ::2].tolist()), slice(*boxes[part, 1::2].tolist())
         mask = numbers[rows, columns] == part + 1
         ahead = float(depth[rows, columns][mask].mean())
         width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
         things.append(FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
-    is_small = np.append(False, pixels < reach.pixels)[numbers]
-    is_rim = ~marked & (depth > 0.0) & (depth < walls - BEFORE_WALL)
-    return FrameParts(sorted(things, key=lambda thing: thing.ahead), is_small | is_rim)
+        parts.append(part)
+    order = sorted(range(len(things)), key=lambda number: things[number].ahead)
+    rims = np.empty((size, size), np.int32)
+    number_rims(depth, walls, numbers, BEFORE_WALL, rims)
+    thing_of = np.zeros(count + 1, np.int32)
+    thing_of[[parts[number] + 1 for number in order]] = range(1, len(order) + 1)
+    is_small = np.append(False, pixels < reach.pixels)
+    return FrameParts([things[number] for number in order], thing_of[rims], is_small[numbers] | is_small[rims])
 
 
 def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats:

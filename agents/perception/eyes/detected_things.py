@@ -44,10 +44,11 @@ class NamedParts(NamedTuple):
 
     Attributes:
         things: the detected things, the nearest first.
-        scraps: (size, size) pixels that are neither of them nor of walls, see `FrameParts`.
+        rims, scraps: (size, size) pixels beside them, and of parts that are too small to be named, see `FrameParts`.
     """
 
     things: list[DetectedThing]
+    rims: npt.NDArray[np.int32]
     scraps: npt.NDArray[np.bool_]
 
 
@@ -65,10 +66,13 @@ def find_and_name_parts(
     parts = [find_parts(each, reach) for each in depth]
     crops = [crop(rgb[number], depth[number], thing) for number, part in enumerate(parts) for thing in part.things]
     if not crops:
-        return [NamedParts([], part.scraps) for part in parts]
+        return [NamedParts([], part.rims, part.scraps) for part in parts]
     measures = torch.tensor([thing.measures for part in parts for thing in part.things])
     with torch.inference_mode():
         logits = network(to_network(np.stack(crops)), measures)
         found = probabilities(Predictions(logits))
     names = zip(*(part.numpy() for part in found), strict=True)
-    return [NamedParts([DetectedThing(thing, *next(names)) for thing in part.things], part.scraps) for part in parts]
+    return [
+        NamedParts([DetectedThing(thing, *next(names)) for thing in part.things], part.rims, part.scraps)
+        for part in parts
+    ]

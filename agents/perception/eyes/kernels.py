@@ -246,6 +246,36 @@ def number_parts(marked: npt.NDArray[np.bool_], out: npt.NDArray[np.int32]) -> i
 
 
 @_compiled
+def number_rims(
+    depth: Floats, walls: Floats, numbers: npt.NDArray[np.int32], before: float, out: npt.NDArray[np.int32]
+) -> None:
+    """Number the pixels before the walls that are of no part, but beside one: by the neighbour of the nearest depth.
+
+    They are rims behind a jump in depth, such as the far rim of a bucket.
+
+    Args:
+        depth: (size, size) units, 0 where there is nothing.
+        walls: (size,) depth of the wall in each column, 0 without any.
+        numbers: (size, size) number of the part that each pixel belongs to, from 1; 0 for none.
+        before: distance before the wall of its column, in units, from which a pixel is not of the wall.
+        out: (size, size), written: numbers of parts, 0 for pixels that are no rims.
+    """
+    size = depth.shape[0]
+    for i in range(size):
+        for j in range(size):
+            out[i, j] = 0
+            z = depth[i, j]
+            if numbers[i, j] > 0 or z <= 0.0 or z >= walls[j] - before:
+                continue
+            nearest = np.float32(np.inf)
+            for y in range(max(i - 1, 0), min(i + 2, size)):
+                for x in range(max(j - 1, 0), min(j + 2, size)):
+                    if numbers[y, x] > 0 and abs(depth[y, x] - z) < nearest:
+                        nearest = abs(depth[y, x] - z)
+                        out[i, j] = numbers[y, x]
+
+
+@_compiled
 def label_surfaces(
     rgb: npt.NDArray[np.uint8],
     depth: Floats,

@@ -95,7 +95,8 @@ def _labels(
 ) -> npt.NDArray[np.uint16]:
     """Return the label of each pixel of a frame, from block probabilities and what is cut out.
 
-    What is too small to be named is ground rather than building: an object to pick up is no wall in front of itself.
+    Rims of a thing are of its kind, and what is too small to be named is ground, rather than building: an object to
+    pick up is no wall in front of itself.
     """
     flat = kinds[_FLAT_KINDS].argmax(0)
     is_room = kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum()
@@ -105,11 +106,15 @@ def _labels(
         rgb, depth, upright, flat, rays(len(depth)), EYE_HEIGHT, MIN_UPRIGHT_HEIGHT, _CROSSING, _ROAD,
         MIN_STRIPE_BRIGHTNESS, labels,
     )  # fmt: skip
-    labels[parts.scraps & _IS_BUILDING[labels]] = _PAVEMENT
-    for named in parts.things:
-        kind = named.kind
-        if kind >= len(SURFACES):
-            labels[named.thing.rows, named.thing.columns][named.thing.mask] = _FIRST_THING + kind - len(SURFACES)
+    is_building = _IS_BUILDING[labels]
+    labels[parts.scraps & is_building] = _PAVEMENT
+    named_as = np.zeros(len(parts.things) + 1, np.uint16)
+    for number, named in enumerate(parts.things, 1):
+        if named.kind >= len(SURFACES):
+            named_as[number] = _FIRST_THING + named.kind - len(SURFACES)
+            labels[named.thing.rows, named.thing.columns][named.thing.mask] = named_as[number]
+    rims = named_as[parts.rims]
+    np.copyto(labels, rims, where=is_building & (rims > 0))
     return labels
 
 

@@ -41,16 +41,19 @@ def test_small_things_are_left_out() -> None:
     assert find_things(depth, NEAR) == []
 
 
-def test_scraps_are_neither_of_things_nor_of_walls() -> None:
+def test_rims_are_of_the_thing_beside_them_and_small_parts_are_scraps() -> None:
     depth = image((-4.0, 4.0, 14.0, 3.0), (-0.2, 0.2, 3.0, 0.3), (0.9, 1.1, 12.0, 0.2), (-0.2, -0.05, 2.8, 0.25))
-    things, scraps = find_parts(depth)
+    things, rims, scraps = find_parts(depth)
     assert [round(thing.ahead, 1) for thing in things] == [2.8, 3.0]
     assert scraps[depth == np.float32(12.0)].all()
-    assert not scraps[depth == np.float32(14.0)].any()
-    rim = (depth == np.float32(3.0)) & ~_mask(things[1])
+    behind = depth == np.float32(3.0)
+    rim = behind & ~_mask(things[1])
     assert rim.any()
-    assert scraps[rim].all()
-    assert not scraps[_mask(things[0]) | _mask(things[1])].any()
+    assert set(rims[rim]) == {2}
+    wall = depth == np.float32(14.0)
+    for pixels in (wall, _mask(things[0]), _mask(things[1])):
+        assert not scraps[pixels].any()
+        assert not rims[pixels].any()
 
 
 def test_a_crop_holds_the_whole_thing_at_one_scale() -> None:

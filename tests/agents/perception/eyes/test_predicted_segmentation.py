@@ -7,14 +7,16 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from arramon_agents.mapping.probabilistic_landmark_memory import one_hot_of
 from arramon_agents.perception.eyes.depth_segmentation import find_parts
-from arramon_agents.perception.eyes.detected_things import NamedParts
+from arramon_agents.perception.eyes.detected_things import DetectedThing, NamedParts
 from arramon_agents.perception.eyes.encoder import Eyes
 from arramon_agents.perception.eyes.pixel_rays import rays
 from arramon_agents.perception.eyes.predicted_segmentation import LABELS, predict_percepts
 from arramon_agents.perception.eyes.reach import NEAR
 from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
 from arramon_agents.perception.frame_cache import FrameCache
+from arramon_client.agent import Label
 from arramon_client.world import EYE_HEIGHT
 from tests.agents.perception.eyes.depth_images import image
 
@@ -24,9 +26,12 @@ STRIPE, KERB = 239, 192
 
 
 class _Blocks:
-    """An encoder that finds no things, and in all blocks the same probabilities."""
+    """An encoder with the same probabilities in all blocks, that calls all things mugs, or finds none."""
 
-    def __init__(self, kinds: dict[str, float], looks: dict[tuple[str, str], float]) -> None:
+    def __init__(
+        self, kinds: dict[str, float], looks: dict[tuple[str, str], float], *, finds_mugs: bool = False
+    ) -> None:
+        self._finds_mugs = finds_mugs
         self.found = [_spread(kinds.get(kind, 0.0) for kind in KINDS), _spread(0.0 for _ in COLOURS)]
         self.found.append(_spread(looks.get(look, 0.0) for look in LOOKS))
 
@@ -34,7 +39,12 @@ class _Blocks:
         return self.found
 
     def parts(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[NamedParts]:
-        return [NamedParts([], find_parts(each).scraps) for each in depth]
+        names = one_hot_of(Label("mug", "red", "dotted"))
+        found = []
+        for things, rims, scraps in map(find_parts, depth):
+            named = [DetectedThing(each, *names) for each in things] if self._finds_mugs else []
+            found.append(NamedParts(named, rims if named else np.zeros_like(rims), scraps))
+        return found
 
 
 def _spread(values: object) -> torch.Tensor:
@@ -85,6 +95,14 @@ def test_a_facade_is_not_that_of_a_higher_building_behind() -> None:
     looks[:, [brick, glass], :13] = torch.tensor([0.0, 1.0])[None, :, None, None]
     eyes.found[2] = looks
     assert _labels(eyes, np.zeros((SIZE, SIZE, 3), np.uint8), depth)[112][60] == "brick"
+
+
+def test_rims_are_of_the_thing_and_no_building() -> None:
+    depth = image((-4.0, 4.0, 14.0, 3.0), (-0.2, 0.2, 3.0, 0.3), (-0.2, -0.05, 2.8, 0.25))
+    eyes = _Blocks({"building": 1.0}, {("facade", "brick"): 1.0}, finds_mugs=True)
+    labels = np.array(_labels(eyes, np.zeros((SIZE, SIZE, 3), np.uint8), depth))
+    upright = (depth == np.float32(3.0)) & (EYE_HEIGHT - rays(SIZE)[:, None] * depth > 0.05)
+    assert set(labels[upright]) == {"mug"}
 
 
 class _Counting(_Blocks):
