@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -82,19 +81,34 @@ class FrameThing:
         return 1.0 / (1.0 + self.ahead), min(self.width, 2.0), self.low, self.high, math.log(self.pixels) / 8.0
 
 
-class FrameParts(NamedTuple):
-    """What is cut out of a frame.
+@dataclass(frozen=True, eq=False)
+class FrameParts:
+    """A frame cut into connected parts.
 
     Attributes:
         things: the things, the nearest first.
-        rims: (size, size) number of the thing, from 1 in the order of `things`, whose rim each pixel is: pixels beside
-            it that are behind a jump in depth, and so not in its mask. 0 for pixels that are no rim.
-        scraps: (size, size) pixels of parts that are too small to be things, with their rims.
+        parts: the number of the part that each of them is, from 1.
+        numbers: (size, size) number of the part that each pixel belongs to; 0 for none.
+        is_small: (parts + 1,) whether each part is too small to be a thing, by number.
+        depth: (size, size) units.
+        walls: (size,) depth of the wall in each column, 0 without any.
     """
 
     things: list[FrameThing]
-    rims: npt.NDArray[np.int32]
-    scraps: npt.NDArray[np.bool_]
+    parts: list[int]
+    numbers: npt.NDArray[np.int32]
+    is_small: npt.NDArray[np.bool_]
+    depth: Floats
+    walls: Floats
+
+    def rims(self) -> npt.NDArray[np.int32]:
+        """Return (size, size) the number of the part whose rim each pixel is; 0 for pixels that are no rim.
+
+        A rim lies beside a part and before the walls, but behind a jump in depth, and so is of no part.
+        """
+        rims = np.empty_like(self.numbers)
+        number_rims(self.depth, self.walls, self.numbers, BEFORE_WALL, rims)
+        return rims
 
 
 def find_things(depth: Floats, reach: Reach = NEAR) -> list[FrameThing]:
@@ -103,7 +117,7 @@ def find_things(depth: Floats, reach: Reach = NEAR) -> list[FrameThing]:
 
 
 def find_parts(depth: Floats, reach: Reach = NEAR) -> FrameParts:
-    """Return the things in a frame, and the pixels that are neither of them nor of walls.
+    """Cut a frame into parts.
 
     Args:
         depth: (size, size) units along the viewing direction, 0 where there is nothing.
@@ -121,21 +135,17 @@ def find_parts(depth: Floats, reach: Reach = NEAR) -> FrameParts:
     measure_parts(numbers, depth, right, EYE_HEIGHT, boxes, pixels, spans)
     first, last, low, high = spans.T
     widths, middles = last - first, (first + last) / 2
-    things, parts = [], []
+    found = []
     for part in np.flatnonzero((pixels >= reach.pixels) & (widths <= MAX_THING_WIDTH)):
         rows, columns = slice(*boxes[part, ::2].tolist()), slice(*boxes[part, 1::2].tolist())
         mask = numbers[rows, columns] == part + 1
         ahead = float(depth[rows, columns][mask].mean())
         width, lowest, highest = float(widths[part]), float(low[part]), float(high[part])
-        things.append(FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest))
-        parts.append(part)
-    order = sorted(range(len(things)), key=lambda number: things[number].ahead)
-    rims = np.empty((size, size), np.int32)
-    number_rims(depth, walls, numbers, BEFORE_WALL, rims)
-    thing_of = np.zeros(count + 1, np.int32)
-    thing_of[[parts[number] + 1 for number in order]] = range(1, len(order) + 1)
-    is_small = np.append(False, pixels < reach.pixels)
-    return FrameParts([things[number] for number in order], thing_of[rims], is_small[numbers] | is_small[rims])
+        thing = FrameThing(rows, columns, mask, float(middles[part]), ahead, width, lowest, highest)
+        found.append((thing, int(part) + 1))
+    found.sort(key=lambda each: each[0].ahead)
+    things, parts = [thing for thing, _ in found], [part for _, part in found]
+    return FrameParts(things, parts, numbers, np.append(False, pixels < reach.pixels), depth, walls)
 
 
 def crop(rgb: npt.NDArray[np.uint8], depth: Floats, thing: FrameThing) -> Floats:

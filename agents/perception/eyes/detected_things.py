@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from arramon_agents.perception.eyes.depth_segmentation import FrameThing, crop, find_parts
+from arramon_agents.perception.eyes.depth_segmentation import FrameParts, FrameThing, crop, find_parts
 from arramon_agents.perception.eyes.naming_network import NamingNetwork, to_network
 from arramon_agents.perception.eyes.network import Predictions, probabilities
 from arramon_agents.perception.eyes.reach import Reach
@@ -40,16 +40,15 @@ class DetectedThing:
 
 
 class NamedParts(NamedTuple):
-    """What is cut out of a frame.
+    """The parts of a frame, with names.
 
     Attributes:
-        things: the detected things, the nearest first.
-        rims, scraps: (size, size) pixels beside them, and of parts that are too small to be named, see `FrameParts`.
+        things: the detected things, those of `parts` in the same order.
+        parts: what the names are of.
     """
 
     things: list[DetectedThing]
-    rims: npt.NDArray[np.int32]
-    scraps: npt.NDArray[np.bool_]
+    parts: FrameParts
 
 
 def find_and_name_parts(
@@ -66,13 +65,10 @@ def find_and_name_parts(
     parts = [find_parts(each, reach) for each in depth]
     crops = [crop(rgb[number], depth[number], thing) for number, part in enumerate(parts) for thing in part.things]
     if not crops:
-        return [NamedParts([], part.rims, part.scraps) for part in parts]
+        return [NamedParts([], part) for part in parts]
     measures = torch.tensor([thing.measures for part in parts for thing in part.things])
     with torch.inference_mode():
         logits = network(to_network(np.stack(crops)), measures)
         found = probabilities(Predictions(logits))
     names = zip(*(part.numpy() for part in found), strict=True)
-    return [
-        NamedParts([DetectedThing(thing, *next(names)) for thing in part.things], part.rims, part.scraps)
-        for part in parts
-    ]
+    return [NamedParts([DetectedThing(thing, *next(names)) for thing in part.things], part) for part in parts]

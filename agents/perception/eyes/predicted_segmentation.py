@@ -1,6 +1,5 @@
 """Output of the visual encoder as a predicted segmentation and detected things, for agents that keep a map."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,23 +97,25 @@ def _labels(
     Rims of a thing are of its kind, and what is too small to be named is ground, rather than building: an object to
     pick up is no wall in front of itself.
     """
+    cut = parts.parts
+    label_of_part = np.zeros(len(cut.is_small), np.uint16)
+    for number, named in zip(cut.parts, parts.things, strict=True):
+        if named.kind >= len(SURFACES):
+            label_of_part[number] = _FIRST_THING + named.kind - len(SURFACES)
+    of_things = label_of_part[cut.numbers]
     flat = kinds[_FLAT_KINDS].argmax(0)
     is_room = kinds[_KIND["wall"]].sum() > kinds[_KIND["building"]].sum()
-    upright = _rooms(looks) if is_room else _houses(kinds, looks, depth, parts.things)
+    upright = _rooms(looks) if is_room else _houses(kinds, looks, np.where(of_things == 0, depth, np.float32(0.0)))
     labels = np.empty(depth.shape, np.uint16)
     label_surfaces(
         rgb, depth, upright, flat, rays(len(depth)), EYE_HEIGHT, MIN_UPRIGHT_HEIGHT, _CROSSING, _ROAD,
         MIN_STRIPE_BRIGHTNESS, labels,
     )  # fmt: skip
     is_building = _IS_BUILDING[labels]
-    labels[parts.scraps & is_building] = _PAVEMENT
-    named_as = np.zeros(len(parts.things) + 1, np.uint16)
-    for number, named in enumerate(parts.things, 1):
-        if named.kind >= len(SURFACES):
-            named_as[number] = _FIRST_THING + named.kind - len(SURFACES)
-            labels[named.thing.rows, named.thing.columns][named.thing.mask] = named_as[number]
-    rims = named_as[parts.rims]
-    np.copyto(labels, rims, where=is_building & (rims > 0))
+    rims = cut.rims()
+    labels[is_building & (cut.is_small[cut.numbers] | cut.is_small[rims])] = _PAVEMENT
+    for named_as, where in ((of_things, True), (label_of_part[rims], is_building)):
+        np.copyto(labels, named_as, where=where & (named_as > 0))
     return labels
 
 
@@ -128,20 +129,16 @@ def _houses(
     kinds: npt.NDArray[np.float32],
     looks: npt.NDArray[np.float32],
     depth: npt.NDArray[np.float32],
-    things: Sequence[DetectedThing],
 ) -> npt.NDArray[np.int64]:
     """Return the label of each block's buildings, (28, 28): one facade per column, from its blocks at eye height.
 
     A block counts by the share of its pixels in which the wall at the horizon is in view, and not a thing, the ground
     or a higher building behind. If the facade is uncertain, the label is a building without facade: solid, but never a
     referent of an instruction. Blocks are not labelled one by one, because blocks at the horizon also show the ground
-    in front of a far building.
+    in front of a far building. `depth` is 0 where there is a thing or nothing.
     """
     blocks = kinds.shape[1]
     wall = np.where(depth > 0.0, depth, np.float32(np.nan))
-    for named in things:
-        if named.kind >= len(SURFACES):
-            wall[named.thing.rows, named.thing.columns][named.thing.mask] = np.nan
     parted = wall.reshape(blocks, -1, blocks, wall.shape[1] // blocks)
     horizon = wall[len(wall) // 2].reshape(blocks, -1)
     shown = (np.abs(parted[EYE_LEVEL_BLOCKS] - horizon) < SAME_WALL_DEPTH * horizon).mean((1, 3))

@@ -8,7 +8,7 @@ from arramon_client.world import EYE_HEIGHT
 SIZE = 224
 
 Box = tuple[float, float, float, float]
-"""Right edge from and to, distance ahead, and height of a board that stands on the ground, in units."""
+"""A board that stands on the ground: its left and right end, its distance ahead, and its height, in units."""
 
 
 def image(*boards: Box) -> np.ndarray:

@@ -43,13 +43,15 @@ def test_small_things_are_left_out() -> None:
 
 def test_rims_are_of_the_thing_beside_them_and_small_parts_are_scraps() -> None:
     depth = image((-4.0, 4.0, 14.0, 3.0), (-0.2, 0.2, 3.0, 0.3), (0.9, 1.1, 12.0, 0.2), (-0.2, -0.05, 2.8, 0.25))
-    things, rims, scraps = find_parts(depth)
+    cut = find_parts(depth)
+    things, rims = cut.things, cut.rims()
+    scraps = cut.is_small[cut.numbers] | cut.is_small[rims]
     assert [round(thing.ahead, 1) for thing in things] == [2.8, 3.0]
     assert scraps[depth == np.float32(12.0)].all()
     behind = depth == np.float32(3.0)
     rim = behind & ~_mask(things[1])
     assert rim.any()
-    assert set(rims[rim]) == {2}
+    assert set(rims[rim]) == {cut.parts[1]}
     wall = depth == np.float32(14.0)
     for pixels in (wall, _mask(things[0]), _mask(things[1])):
         assert not scraps[pixels].any()

@@ -1,5 +1,6 @@
 """The segmentation that the encoder predicts from its blocks."""
 
+from dataclasses import replace
 from functools import partial
 from typing import cast
 
@@ -18,9 +19,9 @@ from arramon_agents.perception.eyes.vocabulary import COLOURS, KINDS, LOOKS
 from arramon_agents.perception.frame_cache import FrameCache
 from arramon_client.agent import Label
 from arramon_client.world import EYE_HEIGHT
-from tests.agents.perception.eyes.depth_images import image
+from tests.agents.perception.eyes.depth_images import SIZE, image
 
-SIZE, BLOCKS = 224, 28
+BLOCKS = 28
 STRIPE, KERB = 239, 192
 """Least of the three colours of a stripe of a zebra crossing, and of the brightest stone beside the road."""
 
@@ -40,11 +41,10 @@ class _Blocks:
 
     def parts(self, rgb: npt.NDArray[np.uint8], depth: npt.NDArray[np.float32]) -> list[NamedParts]:
         names = one_hot_of(Label("mug", "red", "dotted"))
-        found = []
-        for things, rims, scraps in map(find_parts, depth):
-            named = [DetectedThing(each, *names) for each in things] if self._finds_mugs else []
-            found.append(NamedParts(named, rims if named else np.zeros_like(rims), scraps))
-        return found
+        found = [find_parts(each) for each in depth]
+        if not self._finds_mugs:
+            found = [replace(cut, things=[], parts=[]) for cut in found]
+        return [NamedParts([DetectedThing(each, *names) for each in cut.things], cut) for cut in found]
 
 
 def _spread(values: object) -> torch.Tensor:
