@@ -4,10 +4,12 @@ import multiprocessing
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from typing import Any
 
 from arramon_client.local.lifeline import end_with_parent
 from arramon_server.errors import ArraMonError, BadInput
@@ -17,6 +19,13 @@ MAX_JOBS = 256
 TERMINATED_AFTER = 3.0
 """Seconds until a process of a pool ends by SIGTERM. Service managers send it to all processes of a group: the parent
 must stop the work before its processes are gone. They end as soon as it has ended."""
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""Blocked in a process of a pool until it has set its handlers: while it starts, they would end it at once."""
+
+_left: list[ProcessPoolExecutor] = []
+"""Pools that were left. One that is collected before its thread has seen the shutdown does not take the cancelled work
+from its list; when a process of it is terminated then, the thread ends with a traceback (Python 3.11)."""
 
 
 def processes_of(jobs: int) -> int:
@@ -45,19 +54,40 @@ def process_pool(
         ArraMonError: when results are read inside the block, if a process has died.
     """
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(begin, arguments))
+    pool = _Pool(processes, mp_context=context, initializer=_begin, initargs=(begin, arguments))
     try:
         yield pool
     except BrokenProcessPool as error:
         raise ArraMonError(f"a process that {work} died, possibly out of memory") from error
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
+        _left.append(pool)
+
+
+class _Pool(ProcessPoolExecutor):
+    """A pool whose processes start with STOP_SIGNALS blocked. Submitting a task may start a process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        with _blocked(STOP_SIGNALS):
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextmanager
+def _blocked(signals: Iterable[int]) -> Iterator[None]:
+    """Block signals in this thread, and in the processes that it starts; those that arrive are handled afterwards."""
+    resource_tracker.ensure_running()  # `multiprocessing` starts it with the first process, and unblocks all signals.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(begin: Callable[..., object] | None, arguments: tuple[object, ...]) -> None:
     """End this process with its parent, however that ends, and leave signals to it; then call `begin`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end_later)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
     end_with_parent()
     if begin is not None:
         begin(*arguments)

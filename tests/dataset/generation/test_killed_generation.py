@@ -33,22 +33,23 @@ def processes_in_group(group: int) -> list[str]:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="counts processes in /proc, which this system lacks")
 def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> None:
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
-    generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
-    assert generation.stderr is not None
-    assert generation.stderr.readline().startswith("val_unseen: 0 of ")
-    assert generation.stderr.readline().startswith("val_unseen: ")
-    assert len(processes_in_group(generation.pid)) >= 3
+    with subprocess.Popen(
+        [*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as generation:
+        assert generation.stderr is not None
+        assert generation.stderr.readline().startswith("val_unseen: 0 of ")
+        assert generation.stderr.readline().startswith("val_unseen: ")
+        assert len(processes_in_group(generation.pid)) >= 3
 
-    os.kill(generation.pid, signal.SIGKILL)
-    generation.wait()
-    for _ in range(1200):
-        if not processes_in_group(generation.pid):
-            break
-        time.sleep(0.1)
+        os.kill(generation.pid, signal.SIGKILL)
+        generation.wait()
+        for _ in range(1200):
+            if not processes_in_group(generation.pid):
+                break
+            time.sleep(0.1)
 
-    assert processes_in_group(generation.pid) == []
-    assert not (tmp_path / "data" / "splits").exists()
-    generation.stderr.close()
+        assert processes_in_group(generation.pid) == []
+        assert not (tmp_path / "data" / "splits").exists()
 
 
 @pytest.mark.slow
@@ -56,17 +57,18 @@ def test_killed_generation_leaves_no_split_and_no_process(tmp_path: Path) -> Non
 def test_terminated_generation_says_so_in_one_line(tmp_path: Path, end: Callable[[int, int], None]) -> None:
     """Service managers signal all processes of a group."""
     arguments = ["generate", "--data", str(tmp_path / "data"), "--split", "val_unseen", "--jobs", "2", "--no-trial"]
-    generation = subprocess.Popen([*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True)
-    assert generation.stderr is not None
-    for _ in range(2):
-        assert generation.stderr.readline().startswith("val_unseen: ")
+    with subprocess.Popen(
+        [*SERVER, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as generation:
+        assert generation.stderr is not None
+        for _ in range(2):
+            assert generation.stderr.readline().startswith("val_unseen: ")
 
-    end(generation.pid, signal.SIGTERM)
-    said = generation.stderr.read().splitlines()
+        end(generation.pid, signal.SIGTERM)
+        said = generation.stderr.read().splitlines()
 
-    assert generation.wait() == 128 + signal.SIGTERM
-    assert [line for line in said if not line.startswith("val_unseen: ")] == ["arramon-server: stopped by SIGTERM"]
-    generation.stderr.close()
+        assert generation.wait() == 128 + signal.SIGTERM
+        assert [line for line in said if not line.startswith("val_unseen: ")] == ["arramon-server: stopped by SIGTERM"]
 
 
 OPTIONS = ("--split", "val_unseen", "--scale", "0.0026", "--jobs", "1", "--no-trial")
