@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from typing import Any
 
+from arramon_client.local.cores import usable_cores
 from arramon_client.local.lifeline import end_with_parent
 from arramon_server.errors import ArraMonError, BadInput
 
@@ -36,7 +37,7 @@ def processes_of(jobs: int) -> int:
     """
     if not 0 <= jobs <= MAX_JOBS:
         raise BadInput(f"the number of jobs is {jobs}; expected 1 to {MAX_JOBS}, or 0 for one per core")
-    return jobs or len(os.sched_getaffinity(0))
+    return jobs or usable_cores()
 
 
 @contextmanager

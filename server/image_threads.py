@@ -1,10 +1,11 @@
 """Threads that draw and compress images while the event loop continues; neither holds Python's global lock."""
 
-import os
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from typing import TypeVar
+
+from arramon_client.local.cores import usable_cores
 
 T = TypeVar("T")
 
@@ -20,7 +21,7 @@ class ImageThreads:
     """
 
     def __init__(self, cores: int | None = None) -> None:
-        self._count = min((cores or len(os.sched_getaffinity(0))) - 1, MAX_THREADS)
+        self._count = min((cores or usable_cores()) - 1, MAX_THREADS)
         self._pool = ThreadPoolExecutor(self._count, "images") if self._count else None
 
     def begin(self, work: Callable[[], T]) -> Callable[[], T]:

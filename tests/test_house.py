@@ -28,8 +28,8 @@ SHARED = {
             "split_times", "closing_times"),
     "arramon.strict_json",
 }  # fmt: skip
-"""Modules of the server that any of its packages may import; they import nothing but each other, and the lifeline. The
-last one is of the contract's package, and imports nothing."""
+"""Modules of the server that any of its packages may import; they import nothing but each other, and the client's
+lifeline and number of cores. The last one is of the contract's package, and imports nothing."""
 
 WORLD = server("sim", "sim.assets", "sim.raster")
 
@@ -72,7 +72,7 @@ ALLOWED: dict[str, set[str]] = {
         *READING, *WORLD, "arramon_lang",
         *server("scoring", "runs.play.session", "runs.play.worlds"),  # Agents are tried by the very rules.
         # The follower, which is an agent, tries every instruction.
-        *client("agent", "plugin.loader", "transport.images", "local.lifeline"),
+        *client("agent", "plugin.loader", "transport.images", "local.lifeline", "local.cores"),
     },
     "arramon_dataset.commands": {
         *READING, *server("__version__", "commands", "configuration.config", "runs.storage.journal"),

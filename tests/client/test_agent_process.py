@@ -167,7 +167,7 @@ def test_number_of_processes(
     expected: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(agent_process, "_cores", lambda: 6)
+    monkeypatch.setattr(agent_process, "usable_cores", lambda: 6)
     assert choose_processes(agent, requested, parallel, episodes) == expected
 
 

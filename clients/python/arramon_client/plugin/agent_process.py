@@ -6,7 +6,6 @@ memory.
 
 import math
 import multiprocessing
-import os
 import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -19,6 +18,7 @@ import numpy.typing as npt
 
 from arramon_client.agent import Agent, Answer, Episode, Observation
 from arramon_client.errors import AgentError, StopRun
+from arramon_client.local.cores import usable_cores
 from arramon_client.plugin import agent_calls
 from arramon_client.plugin.agent_calls import ReportedAgentError
 from arramon_client.plugin.loader import load_agent
@@ -78,7 +78,7 @@ def choose_processes(agent: object, requested: int | None, parallel: int | None,
         return requested if parallel is None else min(requested, parallel)
     if not getattr(agent, "uses_processes", False):
         return 1
-    return max(1, min(_cores(), at_once // MIN_EPISODES))
+    return max(1, min(usable_cores(), at_once // MIN_EPISODES))
 
 
 @contextmanager
@@ -228,10 +228,3 @@ def _with_images(observation: Observation, images: _Memory) -> Observation:
             image.flags.writeable = False
             found[name] = image
     return replace(observation, **found)
-
-
-def _cores() -> int:
-    """Return the number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):  # Linux
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
