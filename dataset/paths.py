@@ -240,12 +240,12 @@ class PathGeometry:
 
     def first_approach(self, x: float, z: float, since: int, limit: float) -> int | None:
         """Return the index of the closest place of the path's first approach to (x, z) within `limit`; None if none."""
-        best: int | None = None
+        best, nearest = None, math.inf
         for index in range(since, len(self.places)):
             near = math.dist(self.places[index], (x, z))
-            if near <= limit and (best is None or near < math.dist(self.places[best], (x, z))):
-                best = index
-            elif best is not None and near > math.dist(self.places[best], (x, z)) + 1.0:
+            if near <= limit and near < nearest:
+                best, nearest = index, near
+            elif near > nearest + 1.0:
                 break
         return best
 

@@ -5,7 +5,7 @@ automated checks do, or marks it as suspicious for a reviewer, following the pap
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -127,29 +127,29 @@ class _Words:
         tokens = language.tokenize(text)
         self.spaced = [stripped for piece in language.normalise(text).split() if (stripped := strip_marks(piece))]
         self.keys = [token.casefold() for token in tokens if _is_word(token)]
+        self._line = f" {' '.join(self.keys)} "
 
     def first_of(self, terms: Iterable["_Term"]) -> str:
         """Return the words of the first term found in the text, or ""."""
-        for start in range(len(self.keys)):
-            for term in terms:
-                if term.begins(self.keys[start:]):
-                    return " ".join(self.keys[start : start + len(term.words)])
-        return ""
+        found = [(at, len(term.words)) for term in terms if (at := self._line.find(term.sought)) >= 0]
+        if not found:
+            return ""
+        at, length = min(found, key=lambda each: each[0])
+        start = self._line.count(" ", 0, at)
+        return " ".join(self.keys[start : start + length])
 
 
 @dataclass(frozen=True, slots=True)
 class _Term:
-    """A sequence of words to search for; if `open_ended`, the last one is a prefix."""
+    """A sequence of words to search for; if `open_ended`, the last one is a prefix.
+
+    Attributes:
+        sought: the words as in a line whose words all have a space before and after them.
+    """
 
     words: tuple[str, ...]
     open_ended: bool
-
-    def begins(self, keys: Sequence[str]) -> bool:
-        *body, last = self.words
-        if len(keys) < len(self.words) or list(keys[: len(body)]) != body:
-            return False
-        found = keys[len(body)]
-        return found.startswith(last) if self.open_ended else found == last
+    sought: str
 
     def __str__(self) -> str:
         return " ".join(self.words) + "..." * self.open_ended
@@ -194,7 +194,8 @@ def _rules(code: str, root: Path) -> _Rules:
 
 def _term(written: str, language: Language) -> _Term:
     words = tuple(token.casefold() for token in language.tokenize(written) if _is_word(token))
-    return _Term(words, written.endswith("*"))
+    is_open = written.endswith("*")
+    return _Term(words, is_open, f" {' '.join(words)}{'' if is_open else ' '}")
 
 
 def _general(text: str, words: _Words, rules: _Rules) -> Iterator[Failure]:

@@ -138,6 +138,7 @@ def find_landmarks(
     actors = [street_actor(item) for item in street]
     sightings = _Sightings(camera.labels, things)
     visible: list[list[int]] = [[] for _ in places]
+    positions = np.array([(place.x, place.z) for place in places]).reshape(-1, 2)
     round_about = [poses[0].turned(60.0 * i) for i in range(1, 6)]
     walked = [(n, pose) for n, pose in enumerate(poses) if n % EVERY == 0 or n >= len(poses) - LAST]
     for number, pose in [*((-1, pose) for pose in round_about), *walked]:
@@ -145,8 +146,9 @@ def find_landmarks(
             Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True, into=colourless(SIZE)
         )
         sightings.add(number, pose, frame)
-        for place, seen in zip(places, visible, strict=True):
-            if (not seen or seen[-1] != number) and _is_ground_seen(place, pose, frame):
+        for index in np.flatnonzero(_may_be_in_view(positions, pose)).tolist():
+            seen = visible[index]
+            if (not seen or seen[-1] != number) and _is_ground_seen(places[index], pose, frame):
                 seen.append(number)
     landmarks = [
         replace(place, seen=tuple(seen), glimpsed=seen[0] if seen else None, pixels=(0,) * len(seen))
@@ -168,8 +170,9 @@ def _things(
     for number, item in enumerate(street):
         x, z = item.position.x, item.position.z
         found.append(Landmark(SegmentationLabel.of(item.type), x, z, (), identity=f"collectible/{number}"))
+    passed = np.array([(pose.x, pose.z) for pose in poses])
     for building in () if graph is None else graph.buildings:
-        x, z = _nearest_wall(building, poses)
+        x, z = _nearest_wall(building, passed)
         found.append(Landmark(SegmentationLabel("building", look=building.look), x, z, (), identity=building.identity))
     return found
 
@@ -187,11 +190,13 @@ def _places_of(graph: StreetGraph | None) -> list[Landmark]:
     ]
 
 
-def _nearest_wall(building: NamedBuilding, poses: Sequence[Pose]) -> tuple[float, float]:
-    """Return the middle of the wall that is nearest to any of the poses."""
-    walls = zip(building.corners, building.corners[1:] + building.corners[:1], strict=True)
-    middles = [((x0 + x1) / 2, (z0 + z1) / 2) for (x0, z0), (x1, z1) in walls]
-    return min(middles, key=lambda middle: min(math.dist(middle, (pose.x, pose.z)) for pose in poses))
+def _nearest_wall(building: NamedBuilding, places: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Return the middle of the wall that is nearest to any of the places, (n, 2)."""
+    corners = np.array(building.corners)
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2
+    squares = np.square(middles[:, None] - places).sum(axis=2)
+    x, z = middles[squares.min(axis=1).argmin()].tolist()
+    return x, z
 
 
 class _Sightings:
@@ -296,6 +301,16 @@ def _ground_positions(
         pose.x + right * math.cos(angle) + ahead * math.sin(angle),
         pose.z - right * math.sin(angle) + ahead * math.cos(angle),
     )
+
+
+def _may_be_in_view(positions: npt.NDArray[np.float64], pose: Pose) -> npt.NDArray[np.bool_]:
+    """Return which of the places in the street, (n, 2), are ahead, at most 45 degrees aside, and near enough; (n,)."""
+    angle = math.radians(pose.heading)
+    east, north = (positions - (pose.x, pose.z)).T
+    ahead = east * math.sin(angle) + north * math.cos(angle)
+    right = east * math.cos(angle) - north * math.sin(angle)
+    may_be: npt.NDArray[np.bool_] = (abs(right) < ahead) & (ahead < max(CORNER_SEEN, JUNCTION_SEEN) + 1.0)
+    return may_be
 
 
 def _is_ground_seen(place: Landmark, pose: Pose, frame: Frame) -> bool:

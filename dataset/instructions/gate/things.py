@@ -68,7 +68,7 @@ def faults_of_description(world: GateWorld, progress: GateProgress, thing: Thing
         own = _passed(world, landmarks[0], progress.at + 1)
         others = [
             _passed(world, each, progress.at + 1)
-            for each in world.all_landmarks
+            for each in world.of_kinds(thing.kind)
             if each is not landmarks[0] and each.identity not in progress.named and is_called(thing, each)
         ]
         if own is not None and any(place is not None and place < own for place in others):
@@ -81,7 +81,7 @@ def _count(world: GateWorld, progress: GateProgress, thing: Thing, landmark: Lan
     own = _passed(world, landmark, since)
     if own is None:
         return 0
-    others = (each for each in world.all_landmarks if each is not landmark and is_called(thing, each))
+    others = (each for each in world.of_kinds(thing.kind) if each is not landmark and is_called(thing, each))
     places = (_passed(world, each, since) for each in others)
     return 1 + sum(place is not None and place <= own for place in places)
 
@@ -92,8 +92,8 @@ def _doubtful_crossings(world: GateWorld, progress: GateProgress, landmark: Land
     own = _passed(world, landmark, since)
     if own is None:
         return
-    for other in world.all_landmarks:
-        if other is landmark or other.label.kind != "zebra_crossing":
+    for other in world.of_kinds("zebra_crossing"):
+        if other is landmark:
             continue
         near = world.geometry.first_approach(other.x, other.z, since, COUNTED_WITHIN)
         if near is not None and near <= own and math.dist(world.path[near], (other.x, other.z)) > SURELY_OVER:
@@ -178,16 +178,14 @@ def _is_so_from(view: Place, relation: str, landmark: Landmark, other: Landmark)
 def _is_nearest(world: GateWorld, thing: Thing, landmark: Landmark, others: list[Landmark]) -> bool:
     """Return whether no other thing that fits the name is nearer to a landmark."""
     own = min(_distance(landmark, other) for other in others)
-    rivals = (
-        each for each in world.all_landmarks if each not in others and each != landmark and _may_be_called(thing, each)
-    )
+    rivals = (each for each in _may_be_called(world, thing) if each not in others and each != landmark)
     return all(_distance(landmark, rival) > own for rival in rivals)
 
 
 def faults_of_target(world: GateWorld, target: Thing) -> Iterator[str]:
     """Yield each other object in the street that fits the target's description."""
     own = world.landmarks(target.identity)
-    for other in world.all_landmarks:
+    for other in world.of_kinds(target.kind):
         if not own or other in own or not is_called(target, other):
             continue
         if not any(_stands_alone(world, where, other) for where in target.where):
@@ -198,8 +196,8 @@ def _stands_alone(world: GateWorld, where: Where, other: Landmark) -> bool:
     """Return whether nothing near an object fits the names in a relation."""
     return not any(
         _distance(landmark, other) <= ACCEPTED_TWIN_GAP
-        for landmark in world.all_landmarks
         for thing in where.things
+        for landmark in world.of_kinds(thing.kind)
         if is_called(thing, landmark)
     )
 
@@ -240,8 +238,8 @@ def faults_of_confusable_things(
         if is_faced or thing.kind == "building"
         else world.geometry.first_approach(landmarks[0].x, landmarks[0].z, since, ACCEPTED_BY)
     )
-    for other in world.all_landmarks:
-        if not _may_be_called(thing, other) or other in landmarks:
+    for other in _may_be_called(world, thing):
+        if other in landmarks:
             continue
         right, ahead = view.local(other.x, other.z)
         is_ahead = is_faced or (ahead > 1.0 and abs(right) <= ahead)
@@ -269,9 +267,12 @@ def is_called(thing: Thing, landmark: Landmark) -> bool:
     return thing.kind == label.kind and thing.colour in ("", label.colour) and thing.look in ("", label.look)
 
 
-def _may_be_called(thing: Thing, landmark: Landmark) -> bool:
-    """Return whether people may use a name for a landmark: many call a dumpster a bin, above all in Hindi."""
-    return is_called(thing, landmark) or landmark.label.kind in ALIKE.get(thing.kind, ())
+def _may_be_called(world: GateWorld, thing: Thing) -> Iterator[Landmark]:
+    """Yield the landmarks for which people may use a name: many call a dumpster a bin, above all in Hindi."""
+    alike = ALIKE.get(thing.kind, ())
+    for landmark in world.of_kinds(thing.kind, *alike):
+        if landmark.label.kind in alike or is_called(thing, landmark):
+            yield landmark
 
 
 def _distance(one: Landmark, other: Landmark) -> float:

@@ -43,6 +43,16 @@ class GateWorld:
     def _by_identity(self) -> dict[str, Landmark]:
         return {landmark.identity: landmark for landmark in self.all_landmarks if landmark.label.kind != "intersection"}
 
+    def of_kinds(self, *kinds: str) -> tuple[Landmark, ...]:
+        """Return the landmarks of some kinds, in the order of `all_landmarks`."""
+        if kinds not in self._by_kinds:
+            self._by_kinds[kinds] = tuple(each for each in self.all_landmarks if each.label.kind in kinds)
+        return self._by_kinds[kinds]
+
+    @cached_property
+    def _by_kinds(self) -> dict[tuple[str, ...], tuple[Landmark, ...]]:
+        return {}
+
     def junction(self, identity: str) -> Junction | None:
         """Return the junction of an identity, or None."""
         return self._junctions.get(identity)

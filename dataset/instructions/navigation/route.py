@@ -100,7 +100,9 @@ class DescribedRoute:
         self.prefers_groups = random.random() < GROUP_PREFERENCE
         self.geometry = PathGeometry(path, self.start.heading, goal)
         self._by_kind: dict[str, list[Landmark]] = {}
+        self._places: dict[str, list[Place]] = {}
         for landmark in landmarks:
+            self._places.setdefault(landmark.identity, []).append((landmark.x, landmark.z))
             self._by_kind.setdefault(landmark.label.kind, []).append(landmark)
         self.departures = [0] * len(path)
         place = 0
@@ -130,8 +132,6 @@ class DescribedRoute:
         self, waypoint: Waypoint, turns: tuple[Step, ...], step: Step, end: Pose, cost: float
     ) -> Iterator[StepOption]:
         """Yield these steps as an option if they advance along the path."""
-        if isinstance(step, Walk) and step.things:
-            step = replace(step, straight=self._is_straight(waypoint, turns, end), far=self._is_far(waypoint, step))
         number = self.nearest(end, waypoint.number)
         if number < waypoint.number + 2 and number < self.last:
             return
@@ -140,6 +140,8 @@ class DescribedRoute:
         strayed = max_deviation(self.path, waypoint.number, number, here, (end.x, end.z))
         if off > PLANNED_DEVIATION or strayed > PLANNED_DEVIATION:
             return
+        if isinstance(step, Walk) and step.things:
+            step = replace(step, straight=self._is_straight(waypoint, turns, end), far=self._is_far(waypoint, step))
         gain = min(number - waypoint.number, 14)
         onward = self.onward_heading(number)
         wrong = 0.0 if onward is None else max(abs(turn_between(end.heading, onward)) - 15.0, 0.0) / 25.0
@@ -160,8 +162,7 @@ class DescribedRoute:
     def _is_far(self, waypoint: Waypoint, step: Walk) -> bool:
         """Return whether a step's thing is far from the waypoint."""
         here = waypoint.pose.x, waypoint.pose.z
-        named = {thing.identity for thing in step.things}
-        places = [(each.x, each.z) for each in self.landmarks if each.identity in named]
+        places = [place for thing in step.things for place in self._places.get(thing.identity, ())]
         return bool(places) and min(math.dist(here, place) for place in places) >= PLANNED_FAR
 
     def _is_straight(self, waypoint: Waypoint, turns: tuple[Step, ...], end: Pose) -> bool:
