@@ -1,6 +1,6 @@
 """Markdown tables of agents, from the scores of their episodes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,6 +103,11 @@ class SeedGroup:
         common = sorted(set(found[0]).intersection(*found[1:]))
         return common, np.array([[each[name] for name in common] for each in found], np.float64)
 
+    def by_episode(self, metric: str) -> dict[str, float]:
+        """Return the mean over seeds of each episode by id."""
+        names, scores = self.scores(metric)
+        return dict(zip(names, scores.mean(0).tolist(), strict=True)) if names else {}
+
     def mean(self, metric: str, turn: int | None = None) -> float | None:
         """Return the mean over seeds and episodes; None where nothing was played."""
         names, scores = self.scores(metric, turn)
@@ -191,18 +196,25 @@ def turn_table(groups: Sequence[SeedGroup]) -> str:
 
 def difference_table(groups: Sequence[SeedGroup]) -> str:
     """Return the differences of agents, each the mean of its seeds, with intervals over episodes."""
-    by_key = {(group.agent, group.language): group for group in groups}
     rows = []
     for better, worse in COMPARED_AGENTS:
-        neither_reads = (better, ANY) in by_key and (worse, ANY) in by_key
-        for language in dict.fromkeys(group.language for group in groups):
-            if neither_reads != (language == ANY):
-                continue
-            pair = [by_key.get((agent, language)) or by_key.get((agent, ANY)) for agent in (better, worse)]
-            if pair[0] and pair[1]:
-                shown = [_difference(pair[0], pair[1], metric) for metric in COMPARED_METRICS]
-                rows.append((f"`{better}` - `{worse}`", language, *shown))
+        for language, one, other in compared_groups(groups, better, worse):
+            pairs = (paired_scores(one, other, metric) for metric in COMPARED_METRICS)
+            shown = [shown_difference(*pair) if len(pair[0]) > 1 else "" for pair in pairs]
+            rows.append((f"`{better}` - `{worse}`", language, *shown))
     return markdown_table(("difference", "language", *COMPARED_METRICS), rows)
+
+
+def compared_groups(groups: Sequence[SeedGroup], better: str, worse: str) -> Iterator[tuple[str, SeedGroup, SeedGroup]]:
+    """Yield each language in which both agents have played, with their scores; `ANY` if neither reads."""
+    by_key = {(group.agent, group.language): group for group in groups}
+    neither_reads = (better, ANY) in by_key and (worse, ANY) in by_key
+    for language in dict.fromkeys(group.language for group in groups):
+        if neither_reads != (language == ANY):
+            continue
+        one, other = (by_key.get((agent, language)) or by_key.get((agent, ANY)) for agent in (better, worse))
+        if one and other:
+            yield language, one, other
 
 
 def seed_table(groups: Sequence[SeedGroup]) -> str:
@@ -222,10 +234,13 @@ def seed_table(groups: Sequence[SeedGroup]) -> str:
 
 def paired_difference(better: Floats, worse: Floats, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
     """Return the mean difference of paired scores, (episodes,), and Student's interval for it."""
-    differences = better - worse
-    count = len(differences)
-    half = float(stdtrit(count - 1, 0.5 + confidence / 2.0) * differences.std(ddof=1) / count**0.5)
-    mean = float(differences.mean())
+    return mean_interval(better - worse, confidence)
+
+
+def mean_interval(scores: Floats, confidence: float = CONFIDENCE) -> tuple[float, float, float]:
+    """Return the mean of scores, (episodes,), and Student's interval for it."""
+    count, mean = len(scores), float(scores.mean())
+    half = float(stdtrit(count - 1, 0.5 + confidence / 2.0) * scores.std(ddof=1) / count**0.5)
     return mean, mean - half, mean + half
 
 
@@ -236,16 +251,11 @@ def shown_difference(one: Floats, other: Floats) -> str:
     return f"**{shown}**" if low > 0 or high < 0 else shown
 
 
-def _difference(better: SeedGroup, worse: SeedGroup, metric: str) -> str:
-    names, scores = better.scores(metric)
-    others, below = worse.scores(metric)
-    common = sorted(set(names) & set(others))
-    if len(common) < 2:
-        return ""
-    first, second = (
-        dict(zip(each, values.mean(0), strict=True)) for each, values in ((names, scores), (others, below))
-    )
-    return shown_difference(np.array([first[name] for name in common]), np.array([second[name] for name in common]))
+def paired_scores(better: SeedGroup, worse: SeedGroup, metric: str) -> tuple[Floats, Floats]:
+    """Return the scores of the episodes that both agents have played, each the mean of its seeds, (episodes,) each."""
+    first, second = better.by_episode(metric), worse.by_episode(metric)
+    common = sorted(first.keys() & second.keys())
+    return np.array([first[name] for name in common]), np.array([second[name] for name in common])
 
 
 def three_decimals(value: float | None) -> str:
