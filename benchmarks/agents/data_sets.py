@@ -37,7 +37,13 @@ AGENTS = (
 
 SPLIT = "val_unseen"
 
-PAIRS = (*COMPARED_AGENTS, ("vl_sentencepiece", "vl"), ("vl_multilingual", "vl"), ("follower", "seeing_follower"))
+PAIRS = (
+    *COMPARED_AGENTS,
+    ("vl_map sensor=segmentation", "vl_map"),
+    ("vl_sentencepiece", "vl"),
+    ("vl_multilingual", "vl"),
+    ("follower", "seeing_follower"),
+)
 """Pairs of agents whose difference is shown."""
 
 BEGIN, END = "<!-- tables: benchmarks/agents/data_sets.py -->", "<!-- end of tables -->"
