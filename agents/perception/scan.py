@@ -15,7 +15,6 @@ from arramon_client.agent import Label
 from arramon_client.world import COLLECTIBLES, EYE_HEIGHT, FIELD_OF_VIEW
 
 Floats = npt.NDArray[np.float32]
-Integers = npt.NDArray[np.int64]
 
 MIN_OBSTACLE_HEIGHT, MAX_OBSTACLE_HEIGHT = 0.05, 0.62
 """Range of heights in which an object is an obstacle, in units."""
@@ -134,25 +133,14 @@ class FrameScanner:
         places = _to_own_frame(lens.right[columns] * ahead, ahead, pose)
         cells = np.floor(places / SIGHTING_SQUARE).astype(np.int64) + 512
         keys = (labels << 20) | (cells[:, 0] << 10) | cells[:, 1]
-        unique, inverse, counts = _grouped(keys)
+        unique, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)
+        inverse = inverse.ravel()
         xs = np.bincount(inverse, places[:, 0]) / counts
         zs = np.bincount(inverse, places[:, 1]) / counts
         return [
             Sighting(key >> 20, x, z_, math.hypot(x - pose[0], z_ - pose[1]), count)
             for key, x, z_, count in zip(unique.tolist(), xs.tolist(), zs.tolist(), counts.tolist(), strict=True)
         ]
-
-
-def _grouped(keys: Integers) -> tuple[Integers, Integers, Integers]:
-    """Return distinct keys, the number of each key among them, and how often each occurs, as `numpy.unique` does."""
-    order = keys.argsort(kind="stable")
-    ordered = keys[order]
-    is_new = np.empty(len(keys), np.bool_)
-    is_new[0] = True
-    np.not_equal(ordered[1:], ordered[:-1], out=is_new[1:])
-    numbers = np.empty(len(keys), np.int64)
-    numbers[order] = is_new.cumsum() - 1
-    return ordered[is_new], numbers, np.bincount(numbers)
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,6 +139,7 @@ def find_landmarks(
     sightings = _Sightings(camera.labels, things)
     visible: list[list[int]] = [[] for _ in places]
     positions = np.array([(place.x, place.z) for place in places]).reshape(-1, 2)
+    farthest = np.array([CORNER_SEEN if place.label.kind == "corner" else JUNCTION_SEEN for place in places])
     round_about = [poses[0].turned(60.0 * i) for i in range(1, 6)]
     walked = [(n, pose) for n, pose in enumerate(poses) if n % EVERY == 0 or n >= len(poses) - LAST]
     for number, pose in [*((-1, pose) for pose in round_about), *walked]:
@@ -146,10 +147,9 @@ def find_landmarks(
             Viewpoint(pose.x, pose.z, pose.heading), actors, SIZE, segmentation=True, into=colourless(SIZE)
         )
         sightings.add(number, pose, frame)
-        for index in np.flatnonzero(_may_be_in_view(positions, pose)).tolist():
-            seen = visible[index]
-            if (not seen or seen[-1] != number) and _is_ground_seen(places[index], pose, frame):
-                seen.append(number)
+        for index in _seen_places(positions, farthest, pose, frame):
+            if visible[index][-1:] != [number]:
+                visible[index].append(number)
     landmarks = [
         replace(place, seen=tuple(seen), glimpsed=seen[0] if seen else None, pixels=(0,) * len(seen))
         for place, seen in zip(places, visible, strict=True)
@@ -303,28 +303,31 @@ def _ground_positions(
     )
 
 
-def _may_be_in_view(positions: npt.NDArray[np.float64], pose: Pose) -> npt.NDArray[np.bool_]:
-    """Return which of the places in the street, (n, 2), are ahead, at most 45 degrees aside, and near enough; (n,)."""
+def _seen_places(
+    positions: npt.NDArray[np.float64], farthest: npt.NDArray[np.float64], pose: Pose, frame: Frame
+) -> list[int]:
+    """Return the indices of the places in the street that are near enough and not occluded.
+
+    Args:
+        positions: (n, 2), of the places.
+        farthest: (n,) maximum distances from which they are seen.
+        pose: of the camera.
+        frame: its frame.
+    """
     angle = math.radians(pose.heading)
-    east, north = (positions - (pose.x, pose.z)).T
-    ahead = east * math.sin(angle) + north * math.cos(angle)
-    right = east * math.cos(angle) - north * math.sin(angle)
-    may_be: npt.NDArray[np.bool_] = (abs(right) < ahead) & (ahead < max(CORNER_SEEN, JUNCTION_SEEN) + 1.0)
-    return may_be
-
-
-def _is_ground_seen(place: Landmark, pose: Pose, frame: Frame) -> bool:
-    """Return whether a place in the street is near enough and not occluded."""
-    right, ahead = pose.local(place.x, place.z)
-    farthest = CORNER_SEEN if place.label.kind == "corner" else JUNCTION_SEEN
-    if ahead <= 0.5 or math.hypot(right, ahead) > farthest:
-        return False
-    column = math.floor(SIZE / 2 + _focal() * right / ahead)
-    row = min(math.floor(SIZE / 2 + _focal() * EYE_HEIGHT / ahead), SIZE - 1)
-    if not 0 <= column < SIZE:
-        return False
+    dx, dz = (positions - (pose.x, pose.z)).T
+    right = dx * math.cos(angle) - dz * math.sin(angle)
+    ahead = dx * math.sin(angle) + dz * math.cos(angle)
+    near = np.flatnonzero((ahead > 0.5) & (np.hypot(right, ahead) <= farthest))
+    right, ahead = right[near], ahead[near]
+    columns = np.floor(SIZE / 2 + _focal() * right / ahead).astype(np.int64)
+    rows = np.minimum(np.floor(SIZE / 2 + _focal() * EYE_HEIGHT / ahead), SIZE - 1).astype(np.int64)
+    inside = (columns >= 0) & (columns < SIZE)
+    depth = frame.depth[rows[inside], columns[inside]]
     # The pixel may show a point of the wall or ground a little nearer than the place itself.
-    return bool(frame.depth[row, column] / 1000.0 >= 0.9 * ahead - 0.3) or frame.depth[row, column] == 0
+    is_seen = (depth / 1000.0 >= 0.9 * ahead[inside] - 0.3) | (depth == 0)
+    found: list[int] = near[inside][is_seen].tolist()
+    return found
 
 
 def _openings(poses: Sequence[Pose], section: Section, graph: StreetGraph | None) -> list[Landmark]:
