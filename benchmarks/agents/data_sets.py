@@ -8,13 +8,14 @@ each language with `arramon-client`, and its placement is played alone, as by `b
 data folder are kept in a folder of its name, and reused.
 """
 
+import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from arramon_agents.weights import SHIPPED
-from benchmarks.agents.results import LANGUAGE_BLIND, LANGUAGES, play_one, setups_of
+from benchmarks.agents.results import play_agents
 from benchmarks.agents.results_tables import (
     COMPARED_AGENTS,
     COMPARED_METRICS,
@@ -60,17 +61,10 @@ def main() -> None:
     parser.add_argument("--page", type=Path, default=Path("docs/results/data_sets.md"))
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
-    sets, runs = given.data, given.runs
     groups = []
-    for folder in sets:
-        given.data, given.runs = folder, runs / folder.name
-        played = [
-            play_one(given, setup, SPLIT, language)
-            for agent in given.agents.split(",")
-            for setup in setups_of(agent, given.weights)
-            for language in (LANGUAGES[:1] if setup.agent in LANGUAGE_BLIND else LANGUAGES)
-        ]
-        groups.append(groups_of(SPLIT, played))
+    for folder in given.data:
+        own = argparse.Namespace(**{**vars(given), "data": folder, "runs": given.runs / folder.name})
+        groups.append(groups_of(SPLIT, play_agents(own, [SPLIT])))
     if not given.play_only:
         write_page(given.page, BEGIN, END, tables(groups))
 

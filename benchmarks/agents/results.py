@@ -106,12 +106,7 @@ def main() -> None:
     parser.add_argument("--play-only", action="store_true", help="do not write the page")
     given = parser.parse_args()
     splits = [split for split in given.splits.split(",") if split]
-    runs = [
-        play_one(given, setup, split, language)
-        for setup in _setups(given.agents, given.weights)
-        for split in splits
-        for language in (LANGUAGES[:1] if setup.agent in LANGUAGE_BLIND else LANGUAGES)
-    ]
+    runs = play_agents(given, splits)
     hidden = [
         play_hidden(given, setup, language)
         for setup in _setups(given.hidden_agents, given.weights[:1])
@@ -123,6 +118,16 @@ def main() -> None:
     if hidden:
         tables.append(hidden_section(HIDDEN, hidden))
     write_page(given.page, BEGIN, END, "\n\n".join(tables))
+
+
+def play_agents(given: argparse.Namespace, splits: Sequence[str]) -> list[AgentScores]:
+    """Return the scores of all given agents on splits in each language, from the folder of runs or by playing."""
+    return [
+        play_one(given, setup, split, language)
+        for setup in _setups(given.agents, given.weights)
+        for split in splits
+        for language in (LANGUAGES[:1] if setup.agent in LANGUAGE_BLIND else LANGUAGES)
+    ]
 
 
 def _setups(agents: str, folders: Sequence[Path]) -> list[AgentSetup]:
