@@ -1,11 +1,31 @@
 """Walking on the agent's own map, along a planned path to a goal, or along the street."""
 
 import math
-from collections.abc import Callable
 
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.motion import can_step, find_path
+from arramon_agents.mapping.landmark_memory import MappedLandmark
+from arramon_agents.mapping.motion import can_step
+from arramon_agents.mapping.target import other_objects
+from arramon_agents.mapping.walk_planner import Circle, Goal, Line, PickUp, plan_walk
 from arramon_client.agent import Action
+
+MAX_AGE = 10
+"""Actions after which a plan is made anew, as the map has grown."""
+
+MAX_MOVED = 0.8
+"""Distance in units by which a goal may move before a plan to it is made anew."""
+
+AHEAD_DISTANCE, AHEAD_LEFT = 10.0, 2.5
+"""How far along the street to plan, and the distance left at which the next plan is made, in units."""
+
+AHEAD_ASIDE = 3.0
+"""Maximum distance from the course of a walk along the street, in units."""
+
+BENDS = (0, -10, 10, -20, 20, -30, 30, -45, 45)
+"""Angles off the course in which a street may go on, in degrees."""
+
+BEND_COST = 0.04
+"""Units of free ground that a street has to be longer for each degree off the course."""
 
 
 class MapWalker:
@@ -33,35 +53,59 @@ class MapWalker:
         """Give up the plan."""
         self._plan = []
 
-    def go_to(
-        self, goal: tuple[float, float], radius: float, is_there: Callable[[float, float, int], bool] | None = None
-    ) -> Action | None:
-        """Return the next action towards a goal; None if the agent is there or cannot get nearer."""
-        body = self._body
-        moved = math.hypot(goal[0] - self.goal[0], goal[1] - self.goal[1])
-        stale = not self._plan or self._plan_age > 10 or moved > 0.8
-        if not stale and self._plan[0] is Action.FORWARD:
-            stale = not can_step(body.ground, *body.pose)
-        if stale:
-            self._plan = find_path(body.ground, body.pose, goal, radius, is_there, body.closed_steps)
-            self.goal, self._plan_age = goal, 0
-        self._plan_age += 1
-        return self._plan.pop(0) if self._plan else None
+    def go_to(self, place: tuple[float, float], radius: float) -> Action | None:
+        """Return the next action towards a place; None if the agent is there or cannot get nearer."""
+        return self._go(Circle(*place, radius), math.dist(place, self.goal))
+
+    def go_for(self, target: MappedLandmark) -> Action | None:
+        """Return the next action towards where a pick-up takes an object; None if the agent cannot get nearer."""
+        place = target.x, target.z
+        return self._go(PickUp(*place, other_objects(self._body, target)), math.dist(place, self.goal))
+
+    def go_along(self, course: float, distance: float, aside: float) -> Action | None:
+        """Return the next action along a course; None if the agent cannot get farther.
+
+        Args:
+            course: in radians.
+            distance: units along the course, wherever across it.
+            aside: maximum distance from the straight line along the course, in units.
+        """
+        sin, cos = math.sin(course), math.cos(course)
+        x, z = self._body.x + distance * sin, self._body.z + distance * cos
+        moved = abs((x - self.goal[0]) * sin + (z - self.goal[1]) * cos) if self._plan else math.inf
+        return self._go(Line(x, z, course, aside), moved)
 
     def go_ahead(self, course: float) -> Action | None:
         """Return the next action along the street, near a course in radians; None if it is blocked."""
         body = self._body
-        if self._plan and body.distance(*self.goal) > 2.5:
-            return self.go_to(self.goal, 0.6)
+        if self._is_usable():
+            left = (self.goal[0] - body.x) * math.sin(course) + (self.goal[1] - body.z) * math.cos(course)
+            if left > AHEAD_LEFT:
+                return self._next()
 
-        def worth(degrees: int) -> float:
-            reach = body.ground.free_distance(body.x, body.z, course + math.radians(degrees), 10.0)
-            return reach - 0.04 * abs(degrees)
+        def free_distance(degrees: int) -> float:
+            return body.ground.free_distance(body.x, body.z, course + math.radians(degrees), AHEAD_DISTANCE)
 
-        degrees = max((0, -10, 10, -20, 20, -30, 30, -45, 45), key=worth)
-        angle = course + math.radians(degrees)
-        reach = body.ground.free_distance(body.x, body.z, angle, 10.0)
+        bend = max(BENDS, key=lambda degrees: free_distance(degrees) - BEND_COST * abs(degrees))
+        reach = free_distance(bend)
+        self.stop()
         if reach < 1.75:
             return None
-        far = min(reach - 0.25, 6.0)
-        return self.go_to((body.x + far * math.sin(angle), body.z + far * math.cos(angle)), 0.6)
+        return self.go_along(course, (reach - 0.25) * math.cos(math.radians(bend)), AHEAD_ASIDE)
+
+    def _go(self, goal: Goal, moved: float) -> Action | None:
+        """Return the next action of the plan, made anew if it is old, or its goal has moved by `moved` units."""
+        if moved > MAX_MOVED or not self._is_usable():
+            self._plan = plan_walk(self._body, goal)
+            self.goal, self._plan_age = (goal.x, goal.z), 0
+        return self._next()
+
+    def _is_usable(self) -> bool:
+        """Return whether the plan has a next action that is not known to be blocked, and is not old."""
+        if not self._plan or self._plan_age > MAX_AGE:
+            return False
+        return self._plan[0] is not Action.FORWARD or can_step(self._body.ground, *self._body.pose)
+
+    def _next(self) -> Action | None:
+        self._plan_age += 1
+        return self._plan.pop(0) if self._plan else None

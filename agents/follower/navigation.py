@@ -5,12 +5,12 @@ from dataclasses import replace
 
 from arramon_agents.follower.map_walker import MapWalker
 from arramon_agents.follower.referents import ORDINALS, Marks, Referents
-from arramon_agents.follower.side_streets import SideStreets, find_next_side_street
+from arramon_agents.follower.side_streets import SideStreets, find_middle, find_next_side_street
 from arramon_agents.mapping.body import AgentBody, to_local_frame
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, step_key, turns
 from arramon_agents.mapping.notes import Intent, outline, place
-from arramon_agents.mapping.target import PICK_UP_TO, find_target, has_seen_reference, is_near_reference, is_reached
+from arramon_agents.mapping.target import find_target, has_seen_reference, is_near_reference, is_reached
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
@@ -25,6 +25,12 @@ from arramon_lang.street_words import (
 
 PASSED_DISTANCE = 0.5
 """Distance in units ahead at which a place counts as passed."""
+
+MAX_ASIDE = 2.5
+"""Maximum distance from the course of a walk past a place or to a side street, in units."""
+
+MAX_OFF_COURSE = 1.0
+"""Distance of a place from the course, beyond PASSED_WITHIN, from which the agent walks to it first, in units."""
 
 NEAR_TARGET = 10.0
 """Distance in units below which a visible target is approached at once, skipping the remaining steps."""
@@ -126,9 +132,7 @@ class Navigator:
             self._interacted = target
             body.taken = target.x, target.z
             return Action.INTERACT
-        return self._walker.go_to(
-            (target.x, target.z), PICK_UP_TO + 0.2, lambda x, z, heading: is_reached(body, target, x, z, heading)
-        )
+        return self._walker.go_for(target)
 
     def _is_worth_going_for(self, target: MappedLandmark) -> bool:
         """Return whether to approach a candidate for the target now.
@@ -258,11 +262,11 @@ class Navigator:
             self._place = self._find_place(thing, side)
             if self._place is None:
                 return self._walker.go_ahead(self._course)
-        _, ahead = to_local_frame(self._place[0] - body.x, self._place[1] - body.z, self._course)
-        if ahead + beyond <= PASSED_DISTANCE:
+        x, z = find_middle(body.ground, self._place, self._course, side) if side else self._place
+        left = to_local_frame(x - body.x, z - body.z, self._course)[1] + beyond
+        if left <= PASSED_DISTANCE:
             return None
-        sin, cos = math.sin(self._course), math.cos(self._course)
-        return self._walker.go_to((self._place[0] + beyond * sin, self._place[1] + beyond * cos), 0.6)
+        return self._walker.go_along(self._course, left - PASSED_DISTANCE, MAX_ASIDE)
 
     def _find_place(self, thing: Thing, side: int) -> tuple[float, float] | None:
         building = thing if thing.kind == "building" else next((t for w in thing.where for t in w.things), None)
@@ -289,6 +293,8 @@ class Navigator:
         if left <= PASSED_DISTANCE:
             return None
         aside = right - min(max(right, -PASSED_WITHIN), PASSED_WITHIN)
+        if abs(aside) <= MAX_OFF_COURSE:
+            return self._walker.go_along(course, left - PASSED_DISTANCE, MAX_ASIDE)
         sin, cos = math.sin(course), math.cos(course)
         goal = body.x + left * sin + aside * cos, body.z + left * cos - aside * sin
         return self._walker.go_to(body.ground.nearest_free(*goal), 0.6)

@@ -11,15 +11,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from arramon_agents.follower.known_ground import KnownGround, street_axis
 from arramon_agents.mapping.body import to_local_frame
 from arramon_agents.mapping.ground_map import GroundMap
+from arramon_agents.mapping.known_ground import KnownGround
 from arramon_agents.mapping.motion import STEPS, TURN
 from arramon_agents.mapping.search import a_star
+from arramon_agents.mapping.street_axis import street_axis
+from arramon_agents.mapping.walk_costs import TURN_COST
 from arramon_client.world import HEADINGS
-
-TURN_COST = 0.11
-"""Cost of a turn of 30 degrees, where a step costs 1."""
 
 OBLIQUE_COST = 0.6
 """Extra cost of a step that is not along the streets or across them."""

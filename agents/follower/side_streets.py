@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from arramon_agents.mapping.ground_map import GroundMap
+from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
+from arramon_agents.mapping.walk_costs import clearance_of, step_costs
 from arramon_lang.street_words import OPENING_DEPTH, OPENING_INSET, OPENING_RANGE, SAME_OPENING
 
 OFFSETS = np.arange(-3.0, 14.0, 0.5)
@@ -12,6 +13,16 @@ OFFSETS = np.arange(-3.0, 14.0, 0.5)
 
 MIN_DEPTH = 1.0
 """Minimum depth of a side street beyond the walls before it, in units."""
+
+ALONG, INTO = np.arange(-1.0, 3.1, 0.25), np.arange(2.0, 6.1, 0.5)
+"""Places along the walk that may be the middle of a side street, from its beginning, and distances into the side street
+at which the room there is examined, in units."""
+
+BLOCKED_COST, AWAY_COST = 5.0, 0.05
+"""Cost of a blocked place, where a free one costs at least 1, and of a unit away from the side street's beginning."""
+
+ROOM = 48
+"""Cells to each side of the beginning of a side street that are examined."""
 
 MIN_PLACES = 3
 """Minimum number of consecutive places of a side street."""
@@ -34,6 +45,35 @@ def find_next_side_street(ground: GroundMap, x: float, z: float, angle: float, s
         if along > 0.0:
             return x + along * math.sin(angle), z + along * math.cos(angle)
     return None
+
+
+def find_middle(ground: GroundMap, place: tuple[float, float], angle: float, side: int) -> tuple[float, float]:
+    """Return the place at which to turn into the middle of a side street.
+
+    Args:
+        ground: the agent's map.
+        place: (x, z) near the beginning of the side street, on the line of the walk.
+        angle: direction of the walk, in radians.
+        side: 1 for the right, -1 for the left.
+
+    Returns:
+        (x, z) on the line of the walk, from which the way into the side street has the most room.
+    """
+    sin, cos = math.sin(angle), math.cos(angle)
+    half = SIDE // 2
+    row, column = (min(max(int(each / CELL) + half, ROOM), SIDE - ROOM) for each in place)
+    solid = ground.layers()[0][row - ROOM : row + ROOM, column - ROOM : column + ROOM]
+    costs = np.where(
+        ground.blocked_layer()[row - ROOM : row + ROOM, column - ROOM : column + ROOM],
+        BLOCKED_COST,
+        step_costs(clearance_of(solid)),
+    )
+    xs = place[0] + ALONG[:, None] * sin + side * INTO * cos
+    zs = place[1] + ALONG[:, None] * cos - side * INTO * sin
+    rows, columns = (np.floor(each / CELL).astype(int) + half for each in (xs, zs))
+    total = costs[rows - row + ROOM, columns - column + ROOM].sum(axis=1) + AWAY_COST * np.abs(ALONG)
+    along = float(ALONG[total.argmin()])
+    return place[0] + along * sin, place[1] + along * cos
 
 
 class SideStreets:

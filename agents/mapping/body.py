@@ -10,12 +10,17 @@ import numpy.typing as npt
 from arramon_agents.mapping.ground_map import GroundMap
 from arramon_agents.mapping.landmark_memory import LandmarkMemory
 from arramon_agents.mapping.motion import STEPS, TURN, step_key
+from arramon_agents.mapping.street_axis import street_axis
 from arramon_agents.perception.scan import FrameScanner
 from arramon_client.agent import Action, Label, Observation
 from arramon_client.world import HEADINGS
 
 if TYPE_CHECKING:
     from arramon_agents.perception.eyes.detected_things import DetectedThing  # It needs PyTorch.
+
+
+AXIS_STEPS = 5
+"""Steps after which the direction of the streets is read from the map again."""
 
 
 class AgentBody:
@@ -48,6 +53,14 @@ class AgentBody:
         self._scanner = FrameScanner(labels, self.landmarks.used_labels)
         self._last: Action | None = None
         self._before: npt.NDArray[np.float32] | None = None
+        self._axis, self._axis_at = 0, -AXIS_STEPS
+
+    @property
+    def street_axis(self) -> int:
+        """Direction of the streets by the map, in multiples of 30 degrees: 0, 1 or 2. See `street_axis.street_axis`."""
+        if self.travelled >= self._axis_at + AXIS_STEPS:
+            self._axis, self._axis_at = street_axis(self.ground), self.travelled
+        return self._axis
 
     @property
     def angle(self) -> float:

@@ -38,6 +38,11 @@ class GroundMap:
         solid, free, wall = (each.reshape(SIDE, SIDE) == 1 for each in (self._solid, self._free, self._wall))
         return solid, free, wall
 
+    def blocked_layer(self) -> npt.NDArray[np.bool_]:
+        """Return where the agent cannot be, (SIDE along x, SIDE along z)."""
+        blocked: npt.NDArray[np.bool_] = self._blocked.reshape(SIDE, SIDE) == 1
+        return blocked
+
     def add(self, scan: Scan) -> None:
         """Add a frame's free ground and obstacles."""
         self._free[_indices(scan.free[:, 0], scan.free[:, 1])] = 1

@@ -2,13 +2,14 @@
 
 import math
 
-from arramon_agents.mapping.body import AgentBody, to_local_frame
+import numpy as np
+import numpy.typing as npt
+
+from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_memory import MappedLandmark
 from arramon_agents.mapping.motion import TURN
+from arramon_agents.mapping.walk_kernel import pick_up_offset
 from arramon_lang.meaning import Thing
-
-PICK_UP_SIDE, PICK_UP_FROM, PICK_UP_TO = 0.42, 0.8, 1.9
-"""Range for the pick-up, in units: to the side, and nearest and farthest ahead; the rules' box is 0.5 and 3."""
 
 REFERENCE_DISTANCE, REFERENCE_BUILDING_DISTANCE = 4.5, 9.0
 """Maximum distance of the target from its reference object, in units: from a thing, from a building."""
@@ -52,13 +53,12 @@ def has_seen_reference(body: AgentBody, wanted: Thing) -> bool:
 
 def is_reached(body: AgentBody, target: MappedLandmark, x: float, z: float, heading: int) -> bool:
     """Return whether a pick-up at a pose takes the target and no other object; heading in multiples of 30 degrees."""
-    right, ahead = to_local_frame(target.x - x, target.z - z, heading * TURN)
-    if abs(right) > PICK_UP_SIDE or not PICK_UP_FROM <= ahead <= PICK_UP_TO:
-        return False
-    # The nearest object in the box is picked up.
-    for other in body.landmarks.matching(Thing("")):
-        if other is not target:
-            aside, far = to_local_frame(other.x - x, other.z - z, heading * TURN)
-            if abs(aside) < 0.6 and far > -0.1 and math.hypot(aside, far) < math.hypot(right, ahead) + 0.1:
-                return False
-    return True
+    angle = heading * TURN
+    place = np.array((target.x, target.z))
+    return pick_up_offset(place, other_objects(body, target), x, z, math.sin(angle), math.cos(angle)) >= 0.0
+
+
+def other_objects(body: AgentBody, target: MappedLandmark) -> npt.NDArray[np.float64]:
+    """Return (n, 2) of (x, z): places of the objects seen, except the target."""
+    others = [(each.x, each.z) for each in body.landmarks.matching(Thing("")) if each is not target]
+    return np.array(others, np.float64).reshape(-1, 2)

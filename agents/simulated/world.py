@@ -1,13 +1,11 @@
 """Geometry of a section for simulated walks: ray casting, lines of sight, collision checks."""
 
 import math
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from arramon_agents.compilation import compiled
 from arramon_agents.perception.eyes.vocabulary import Codes, codes_of
 from arramon_client.world import AGENT_RADIUS
 from arramon_dataset.generation.clearance_raster import CELL, ClearanceRaster
@@ -30,12 +28,6 @@ SIGHT_MARGIN = 0.45
 """Distance in front of a thing's centre at which lines of sight end, in units: the thing or a wall may be solid."""
 
 Doubles = npt.NDArray[np.float64]
-
-_F = TypeVar("_F", bound=Callable[..., Any])
-
-
-def _compiled(function: _F) -> _F:
-    return cast(_F, numba.njit(cache=True)(function))
 
 
 class Things:
@@ -137,7 +129,7 @@ class StreetWorld:
         return bool(self.clearance[columns, rows].min() >= 1000.0 * clearance - 60.0)
 
 
-@_compiled
+@compiled
 def _cast(
     clearance: npt.NDArray[np.int32],
     houses: npt.NDArray[np.int16],
@@ -165,7 +157,7 @@ def _cast(
                 break
 
 
-@_compiled
+@compiled
 def _see(
     houses: npt.NDArray[np.int16],
     x: float,

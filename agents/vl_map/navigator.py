@@ -9,14 +9,15 @@ import numpy.typing as npt
 
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.landmark_memory import MappedLandmark
-from arramon_agents.mapping.motion import can_step, find_path
+from arramon_agents.mapping.motion import can_step
 from arramon_agents.mapping.notes import Intent, place
 from arramon_agents.mapping.probabilistic_landmark_memory import (
     LandmarkBelief,
     ProbabilisticLandmarkMemory,
     certain_beliefs,
 )
-from arramon_agents.mapping.target import PICK_UP_TO, is_reached
+from arramon_agents.mapping.target import is_reached, other_objects
+from arramon_agents.mapping.walk_planner import Circle, Line, PickUp, plan_walk
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
 from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
@@ -28,6 +29,9 @@ MAX_MOVES = 3
 
 ARRIVAL_DISTANCE = 0.75
 """Distance to a waypoint at which it counts as reached, in units."""
+
+MAX_ASIDE = 1.0
+"""Maximum distance from the straight line to a waypoint on the way there, in units."""
 
 MAX_TRIED_OPTIONS = 8
 """Number of options to try, best first, before turning on the spot."""
@@ -164,7 +168,13 @@ class MapNavigator:
         body = self._body
         far = max(distance, 1.0)
         goal = body.ground.nearest_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
-        plan = find_path(body.ground, body.pose, goal, ARRIVAL_DISTANCE, None, body.closed_steps)
+        dx, dz = goal[0] - body.x, goal[1] - body.z
+        left, course = math.hypot(dx, dz) - ARRIVAL_DISTANCE, math.atan2(dx, dz)
+        if left > ARRIVAL_DISTANCE:
+            end = body.x + left * math.sin(course), body.z + left * math.cos(course)
+            plan = plan_walk(body, Line(*end, course, MAX_ASIDE))
+        else:
+            plan = plan_walk(body, Circle(*goal, ARRIVAL_DISTANCE))
         if Action.FORWARD not in plan:
             return []
         self._goal = goal
@@ -176,11 +186,7 @@ class MapNavigator:
             self._taking = mark
             return [Action.INTERACT]
         self._approached = mark
-
-        def is_there(x: float, z: float, heading: int) -> bool:
-            return is_reached(body, mark, x, z, heading)
-
-        plan = find_path(body.ground, body.pose, (mark.x, mark.z), PICK_UP_TO + 0.2, is_there, body.closed_steps)
+        plan = plan_walk(body, PickUp(mark.x, mark.z, other_objects(body, mark)))
         if not plan:
             self._approached = None
         return plan

@@ -1,23 +1,14 @@
 """Compiled loops over pixels: network inputs, walls, solid pixels, and measures and crops of things on the ground."""
 
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
-
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from arramon_agents.compilation import compiled
+
 Floats = npt.NDArray[np.float32]
 
-_F = TypeVar("_F", bound=Callable[..., Any])
 
-
-def _compiled(function: _F) -> _F:
-    """Compile a function at its first call, with a cache on disk."""
-    return cast(_F, numba.njit(cache=True, nogil=True)(function))
-
-
-@_compiled
+@compiled
 def fill_input(
     rgb: npt.NDArray[np.uint8],
     depth: Floats,
@@ -59,7 +50,7 @@ def fill_input(
                 values[5 * area + place] = min(height, high) / high
 
 
-@_compiled
+@compiled
 def _continue_walls(walls: Floats) -> None:
     """Interpolate and extrapolate the depth of walls from columns where it is known: its inverse is linear."""
     size = len(walls)
@@ -89,7 +80,7 @@ def _continue_walls(walls: Floats) -> None:
         walls[k] = 1.0 / inverse if inverse > 0.0 else 0.0
 
 
-@_compiled
+@compiled
 def find_walls(depth: Floats, down: Floats, eye: float, tall: float, foot: float, wide: float, out: Floats) -> None:
     """Compute the depth of the nearest wall in each column, 0 for none.
 
@@ -140,7 +131,7 @@ def find_walls(depth: Floats, down: Floats, eye: float, tall: float, foot: float
     _continue_walls(out)
 
 
-@_compiled
+@compiled
 def mark_solid(
     depth: Floats,
     walls: Floats,
@@ -183,7 +174,7 @@ def mark_solid(
             out[i, j] = solid
 
 
-@_compiled
+@compiled
 def _first_number(parents: npt.NDArray[np.int32], number: int) -> int:
     """Return the first provisional number of a part; arguments as in `number_parts`."""
     while parents[number] != number:
@@ -191,7 +182,7 @@ def _first_number(parents: npt.NDArray[np.int32], number: int) -> int:
     return number
 
 
-@_compiled
+@compiled
 def _renumber(parents: npt.NDArray[np.int32], provisional: int) -> int:
     """Replace the parents by the final numbers of parts, and return how many there are; as in `number_parts`."""
     count = 0
@@ -204,7 +195,7 @@ def _renumber(parents: npt.NDArray[np.int32], provisional: int) -> int:
     return count
 
 
-@_compiled
+@compiled
 def number_parts(marked: npt.NDArray[np.bool_], out: npt.NDArray[np.int32]) -> int:
     """Number the connected parts of marked pixels in the order of their first pixels, and return how many there are.
 
@@ -245,7 +236,7 @@ def number_parts(marked: npt.NDArray[np.bool_], out: npt.NDArray[np.int32]) -> i
     return count
 
 
-@_compiled
+@compiled
 def number_rims(
     depth: Floats, walls: Floats, numbers: npt.NDArray[np.int32], before: float, out: npt.NDArray[np.int32]
 ) -> None:
@@ -275,7 +266,7 @@ def number_rims(
                         out[i, j] = numbers[y, x]
 
 
-@_compiled
+@compiled
 def label_surfaces(
     rgb: npt.NDArray[np.uint8],
     depth: Floats,
@@ -316,7 +307,7 @@ def label_surfaces(
             out[i, j] = label
 
 
-@_compiled
+@compiled
 def measure_parts(
     numbers: npt.NDArray[np.int32],
     depth: Floats,
@@ -357,7 +348,7 @@ def measure_parts(
             pixels[part] += 1
 
 
-@_compiled
+@compiled
 def fill_crop(
     rgb: npt.NDArray[np.uint8],
     depth: Floats,

@@ -12,7 +12,7 @@ from arramon_agents.follower.side_streets import find_side_streets
 from arramon_agents.mapping.body import AgentBody
 from arramon_agents.mapping.ground_map import GroundMap, cell_index
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead, matches_label
-from arramon_agents.mapping.motion import can_step, find_path, turns
+from arramon_agents.mapping.motion import turns
 from arramon_agents.mapping.notes import outline
 from arramon_agents.perception.scan import Sighting
 from arramon_client.agent import Action, Label, Observation
@@ -192,26 +192,6 @@ def test_depth_and_segmentation_are_required() -> None:
 @pytest.mark.parametrize(("heading", "to", "rotation"), [(0, 3, "RRR"), (0, 9, "LLL"), (11, 1, "RR"), (5, 5, "")])
 def test_turns_take_the_shorter_direction(heading: int, to: int, rotation: str) -> None:
     assert "".join("FLR"[action] for action in turns(heading, to)) == rotation
-
-
-def test_a_path_goes_around_obstacles() -> None:
-    ground = GroundMap()
-    for i in range(-8, 9):
-        ground.block(i * 0.25, 3.0)
-    assert not can_step(ground, 0.0, 2.0, 0)
-    actions = find_path(ground, (0.0, 0.0, 0), (0.0, 6.0), 0.6)
-    x, z, heading, farthest = 0.0, 0.0, 0, 0.0
-    for action in actions:
-        heading += {Action.LEFT: -1, Action.RIGHT: 1}.get(action, 0)
-        if action is Action.FORWARD:
-            x, z = x + math.sin(math.radians(30 * heading)), z + math.cos(math.radians(30 * heading))
-        farthest = max(farthest, abs(x))
-    assert math.hypot(x, z - 6.0) <= 0.6
-    assert farthest > 2.0
-
-
-def test_the_path_is_empty_at_the_goal() -> None:
-    assert find_path(GroundMap(), (0.0, 0.0, 0), (0.3, 0.3), 0.6) == []
 
 
 @pytest.mark.parametrize(

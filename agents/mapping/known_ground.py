@@ -1,4 +1,4 @@
-"""What a walk costs on the ground that the agent has seen, and in which direction its streets run."""
+"""What a walk costs on the ground that the agent has seen."""
 
 import math
 
@@ -9,16 +9,13 @@ from scipy.sparse.csgraph import dijkstra
 
 from arramon_agents.mapping.cell_graph import cell_graph
 from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
-from arramon_agents.mapping.motion import TURN
+from arramon_agents.mapping.walk_costs import clearance_of, step_costs
 
 MARGIN = 12
 """Cells around the seen ground that also count."""
 
-MIN_CLEARANCE, PREFERRED_CLEARANCE = 0.36, 2.0
-"""Distance in units from everything solid that a walk keeps always, and where possible."""
-
-WALL_COST = 0.9
-"""Extra cost of a unit of a walk at a wall; it falls quadratically to 0 at PREFERRED_CLEARANCE."""
+MIN_CLEARANCE = 0.36
+"""Distance in units from everything solid that a walk keeps always."""
 
 UNSEEN_COST, SEEN_WITHIN = 2.0, 0.5
 """Extra cost of a unit of unseen ground, and how far from seen ground others count as seen, in units."""
@@ -28,9 +25,6 @@ OBJECT_CELLS = 5
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Parts of a step after which its place must be open."""
-
-MIN_WALLS = 30
-"""Minimum number of cells with walls for the direction of streets to be read from them."""
 
 
 class KnownGround:
@@ -48,10 +42,9 @@ class KnownGround:
             slice(self._first[0], min(int(rows.max()) + MARGIN + 1, SIDE)),
             slice(self._first[1], min(int(columns.max()) + MARGIN + 1, SIDE)),
         )
-        clearance = (distance_transform_edt(~solid[window]) - 0.5) * CELL
+        clearance = clearance_of(solid[window])
         is_seen = distance_transform_edt(~free[window]) * CELL <= SEEN_WITHIN
-        lack = np.maximum(PREFERRED_CLEARANCE - clearance, 0.0) / PREFERRED_CLEARANCE
-        self._costs: npt.NDArray[np.float64] = 1.0 + WALL_COST * lack**2 + np.where(is_seen, 0.0, UNSEEN_COST)
+        self._costs = step_costs(clearance) + np.where(is_seen, 0.0, UNSEEN_COST)
         self._open: npt.NDArray[np.bool_] = clearance >= MIN_CLEARANCE
         self._cost_list: list[float] = self._costs.ravel().tolist()
         self._open_list: list[bool] = self._open.ravel().tolist()
@@ -84,26 +77,3 @@ class KnownGround:
         is_open[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1] = True
         left: list[float] = dijkstra(cell_graph(is_open, self._costs, CELL), directed=False, indices=end).tolist()
         return left
-
-
-def street_axis(ground: GroundMap) -> int:
-    """Return the direction of the streets: in which of three the walls on the map lie on the fewest lines.
-
-    Returns:
-        Multiples of 30 degrees clockwise from the agent's first heading, 0, 1 or 2: streets cross at right angles, and
-        agents start at a multiple of 30 degrees from them. 0 if few walls have been seen.
-    """
-    places = np.argwhere(ground.layers()[2]) * CELL
-    if len(places) < MIN_WALLS:
-        return 0
-    return max(range(3), key=lambda axis: _sharpness(places, axis * TURN))
-
-
-def _sharpness(places: npt.NDArray[np.floating], angle: float) -> float:
-    """Return how much places gather on lines in the direction `angle` (radians) and at right angles to it."""
-    sin, cos = math.sin(angle), math.cos(angle)
-    total = 0.0
-    for offsets in (places[:, 0] * cos - places[:, 1] * sin, places[:, 0] * sin + places[:, 1] * cos):
-        lines = np.bincount(np.floor((offsets - offsets.min()) / CELL).astype(np.int64))
-        total += float((lines.astype(np.float64) ** 2).sum())
-    return total
