@@ -103,10 +103,13 @@ ALLOWED: dict[str, set[str]] = {
     "arramon_agents": {"arramon_client", "arramon", "arramon_lang"},
     "arramon_agents.pretrained": set(),
     "arramon_agents.perception": {
-        "arramon_agents.pretrained", "arramon_agents.weights", "arramon", "arramon_client", "arramon_lang",
+        "arramon_agents.pretrained", "arramon_agents.weights", "arramon_agents.compilation",
+        "arramon", "arramon_client", "arramon_lang",
         "arramon_agents.training", "arramon_agents.simulated", "arramon_agents.process_settings",  # To train the eyes.
     },
-    "arramon_agents.mapping": {"arramon_agents.perception", "arramon_client", "arramon_lang"},
+    "arramon_agents.mapping": {
+        "arramon_agents.perception", "arramon_agents.compilation", "arramon_client", "arramon_lang",
+    },
     "arramon_agents.reading": {
         "arramon_agents.pretrained", "arramon_agents.weights", "arramon", "arramon_client",
         "arramon_lang",
@@ -119,7 +122,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "arramon_agents.simulated": {  # For training alone: no agent imports it at play.
         *WORLD, *server("episodes", "errors", "scoring"), "arramon_dataset", "arramon_agents.mapping",
-        "arramon_agents.process_settings",
+        "arramon_agents.process_settings", "arramon_agents.compilation",
         "arramon_agents.perception", "arramon_agents.reading", "arramon_agents.vl_map", "arramon_client",
         "arramon_lang",
     },

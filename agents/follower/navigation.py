@@ -10,7 +10,13 @@ from arramon_agents.mapping.body import AgentBody, to_local_frame
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead
 from arramon_agents.mapping.motion import TURN, step_key, turns
 from arramon_agents.mapping.notes import Intent, outline, place
-from arramon_agents.mapping.target import find_target, has_seen_reference, is_near_reference, is_reached
+from arramon_agents.mapping.target import (
+    find_resembling,
+    find_target,
+    has_seen_reference,
+    is_near_reference,
+    is_reached,
+)
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 from arramon_lang.meaning import PLACES, Face, Navigation, Rotate, Step, Thing, Walk
@@ -78,7 +84,8 @@ class Navigator:
         self._visited: list[tuple[float, float]] = []
         self._referents = Referents(body.landmarks)
         self._searched = not meaning.target.where
-        self._searches = [self._to_surroundings, self._onward, self._to_surroundings]
+        self._searches = [self._to_surroundings, self._onward, self._to_surroundings, self._to_resembling]
+        self._end: tuple[float, float] | None = None
         self._begin_step()
 
     def act(self, steps_left: int = 0) -> Action:  # noqa: ARG002 - the rules do not depend on it
@@ -122,12 +129,14 @@ class Navigator:
 
     def _go_for_target(self) -> Action | None:
         target = find_target(self._body, self._meaning.target, self._missed)
-        if target is None:
-            return None
-        body = self._body
-        if not (self._committed or self._is_worth_going_for(target)):
+        if target is None or not (self._committed or self._is_worth_going_for(target)):
             return None
         self._committed = True
+        return self._take(target)
+
+    def _take(self, target: MappedLandmark) -> Action | None:
+        """Return the next action towards an object, and the pick-up if it is reached; None if there is no way."""
+        body = self._body
         if is_reached(body, target, *body.pose):
             self._interacted = target
             body.taken = target.x, target.z
@@ -138,8 +147,8 @@ class Navigator:
         """Return whether to approach a candidate for the target now.
 
         Before the last step is done, only if it is near, visible, and next to the target's reference object. Afterwards
-        other candidates are left for the end of the search, unless they are straight ahead and no reference object has
-        been seen.
+        other candidates are left for the end of the search, before what only resembles the target, unless they are
+        straight ahead and no reference object has been seen.
         """
         body, wanted = self._body, self._meaning.target
         is_sure = is_near_reference(body, wanted, target)
@@ -147,7 +156,7 @@ class Navigator:
         is_near = is_near and body.ground.has_line_of_sight(body.x, body.z, target.x, target.z)
         if self._number < len(self._meaning.steps):
             return is_sure and is_near
-        if is_sure or not self._searches:
+        if is_sure or len(self._searches) <= 1:
             return True
         right, ahead = to_local_frame(target.x - body.x, target.z - body.z, self._course)
         has_looked = self._looked and not self._looks
@@ -337,7 +346,12 @@ class Navigator:
         return self._walker.go_ahead(self._course) if self._body.distance(*self._start) < SEEK_DISTANCE else None
 
     def _explore(self) -> Action:
-        """Search for the target after the last step: at its reference object, along the street, then anywhere."""
+        """Search for the target after the last step: at its reference object, along the street, then anywhere.
+
+        Before that, take an object near the end of the walk that resembles it.
+        """
+        if self._end is None:
+            self._end = self._body.x, self._body.z
         if not self._looked:
             self._looked = True
             self._looks = list(LOOK_BOTH_SIDES)
@@ -362,6 +376,12 @@ class Navigator:
             self._looks = [Action.RIGHT] * (HEADINGS - 1)
             return self._looks.pop(0)
         return action
+
+    def _to_resembling(self) -> Action | None:
+        """Take an object near the end of the walk that resembles the target."""
+        assert self._end is not None
+        mark = find_resembling(self._body, self._meaning.target, self._missed, self._end)
+        return None if mark is None else self._take(mark)
 
     def _onward(self) -> Action | None:
         return self._walker.go_ahead(self._course) if self._body.distance(*self._start) < ONWARD_DISTANCE else None

@@ -14,6 +14,9 @@ from arramon_lang.meaning import Thing
 REFERENCE_DISTANCE, REFERENCE_BUILDING_DISTANCE = 4.5, 9.0
 """Maximum distance of the target from its reference object, in units: from a thing, from a building."""
 
+RESEMBLING_DISTANCE = 8.0
+"""Maximum distance of an object that resembles the target from the end of the walk, in units."""
+
 
 def find_target(body: AgentBody, wanted: Thing, missed: set[tuple[float, float]]) -> MappedLandmark | None:
     """Return the landmark that is most likely the target, except those at `missed` places; None if there is none."""
@@ -30,6 +33,35 @@ def find_target(body: AgentBody, wanted: Thing, missed: set[tuple[float, float]]
         return not is_near_reference(body, wanted, mark), cost, mark.x
 
     return min(fitting, key=cost)
+
+
+def find_resembling(
+    body: AgentBody, wanted: Thing, missed: set[tuple[float, float]], place: tuple[float, float]
+) -> MappedLandmark | None:
+    """Return the object within RESEMBLING_DISTANCE of a place that is like the target in all but one attribute.
+
+    A kind, colour or pattern may have been misread in the text or misseen. None if there is no such object, except at
+    `missed` places. Objects near the target's reference object come first, then those nearest to the place.
+    """
+    fitting = [
+        mark
+        for mark in body.landmarks.matching(Thing(""))
+        if (mark.x, mark.z) not in missed
+        and math.dist((mark.x, mark.z), place) <= RESEMBLING_DISTANCE
+        and _differences(wanted, mark) <= 1
+    ]
+
+    def cost(mark: MappedLandmark) -> tuple[bool, float, float]:
+        return not is_near_reference(body, wanted, mark), math.dist((mark.x, mark.z), place), mark.x
+
+    return min(fitting, key=cost, default=None)
+
+
+def _differences(wanted: Thing, mark: MappedLandmark) -> int:
+    """Return the number of given attributes of a thing that a landmark does not have."""
+    label = mark.label
+    pairs = (wanted.kind, label.kind), (wanted.colour, label.colour), (wanted.look, label.look)
+    return sum(given not in ("", known) for given, known in pairs)
 
 
 def is_near_reference(body: AgentBody, wanted: Thing, mark: MappedLandmark) -> bool:

@@ -17,7 +17,7 @@ from arramon_agents.mapping.probabilistic_landmark_memory import (
     certain_beliefs,
 )
 from arramon_agents.mapping.target import is_reached, other_objects
-from arramon_agents.mapping.walk_planner import Circle, Line, PickUp, plan_walk
+from arramon_agents.mapping.walk_planner import Circle, PickUp, plan_walk
 from arramon_agents.reading.reader.slots import Row
 from arramon_agents.vl_map.features import DIRECTIONS, AgentKnowledge, PolicyInput, policy_input
 from arramon_agents.vl_map.options import DISTANCES, WAYPOINTS
@@ -29,9 +29,6 @@ MAX_MOVES = 3
 
 ARRIVAL_DISTANCE = 0.75
 """Distance to a waypoint at which it counts as reached, in units."""
-
-MAX_ASIDE = 1.0
-"""Maximum distance from the straight line to a waypoint on the way there, in units."""
 
 MAX_TRIED_OPTIONS = 8
 """Number of options to try, best first, before turning on the spot."""
@@ -168,13 +165,7 @@ class MapNavigator:
         body = self._body
         far = max(distance, 1.0)
         goal = body.ground.nearest_free(body.x + far * math.sin(angle), body.z + far * math.cos(angle))
-        dx, dz = goal[0] - body.x, goal[1] - body.z
-        left, course = math.hypot(dx, dz) - ARRIVAL_DISTANCE, math.atan2(dx, dz)
-        if left > ARRIVAL_DISTANCE:
-            end = body.x + left * math.sin(course), body.z + left * math.cos(course)
-            plan = plan_walk(body, Line(*end, course, MAX_ASIDE))
-        else:
-            plan = plan_walk(body, Circle(*goal, ARRIVAL_DISTANCE))
+        plan = plan_walk(body, Circle(*goal, ARRIVAL_DISTANCE))
         if Action.FORWARD not in plan:
             return []
         self._goal = goal

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from arramon_agents.follower.navigation import Navigator
 from arramon_agents.follower.side_streets import find_side_streets
 from arramon_agents.mapping.body import AgentBody
-from arramon_agents.mapping.ground_map import GroundMap, cell_index
+from arramon_agents.mapping.ground_map import cell_index
 from arramon_agents.mapping.landmark_memory import MappedLandmark, landmarks_ahead, matches_label
 from arramon_agents.mapping.motion import turns
 from arramon_agents.mapping.notes import outline
@@ -127,6 +128,20 @@ def test_instructed_steps_determine_the_direction(
 def test_target_is_found_without_any_instructed_steps(street: Street) -> None:
     state, _ = street.play(Navigation((), MUG))
     assert state.carried == STREET[0].type
+
+
+@pytest.mark.parametrize(
+    ("name", "is_taken"), [("dotted red mug", True), ("striped blue mug", True), ("dotted blue mug", False)]
+)
+def test_an_object_that_differs_in_one_attribute_is_taken_in_the_end(street: Street, name: str, is_taken: bool) -> None:
+    _, actions = street.play(Navigation((), MUG), street=(thing(name, 0.0, -6.0),))
+    assert (Action.INTERACT in actions) == is_taken
+
+
+def test_the_target_is_taken_before_what_resembles_it(street: Street) -> None:
+    things = thing("striped red mug", 0.0, 4.0), thing("dotted red mug", 0.0, -9.0)
+    state, _ = street.play(Navigation((), replace(MUG, where=(Where("near", (BENCH,)),))), street=things)
+    assert state.carried == things[0].type
 
 
 def test_a_map_without_any_way_out_is_not_believed(street: Street) -> None:
