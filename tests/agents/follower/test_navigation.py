@@ -134,7 +134,7 @@ def test_target_is_found_without_any_instructed_steps(street: Street) -> None:
     ("name", "is_taken"), [("dotted red mug", True), ("striped blue mug", True), ("dotted blue mug", False)]
 )
 def test_an_object_that_differs_in_one_attribute_is_taken_in_the_end(street: Street, name: str, is_taken: bool) -> None:
-    _, actions = street.play(Navigation((), MUG), street=(thing(name, 0.0, -6.0),))
+    _, actions = street.play(Navigation((), MUG), street=(thing(name, 0.0, -9.0),))
     assert (Action.INTERACT in actions) == is_taken
 
 
