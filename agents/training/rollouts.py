@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from arramon_client.agent import Agent, Episode, Observation, actions_of, end_episode
-from arramon_client.environments.backend import Player, PlayerSettings
+from arramon_client.environments.backend import Player, PlayerSettings, Scores
 from arramon_client.environments.options import Options
 from arramon_client.environments.players import open_backend
 from arramon_client.errors import UsageError
@@ -65,7 +65,12 @@ def check_validation(data: Path, split: str, languages: Sequence[str], episodes:
 
 
 def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
-    """Return the scores of each episode by id, averaged over both turns, in playing order.
+    """Return the scores of each episode by id, averaged over both turns; otherwise as `play_turns`."""
+    return {name: scores["total"] for name, scores in play_turns(agent, plan).items()}
+
+
+def play_turns(agent: Agent, plan: RolloutPlan) -> dict[str, Scores]:
+    """Return the scores of each episode by id, in playing order: of "turn 1" and "turn 2", and their means as "total".
 
     Raises:
         UsageError: if the data folder does not have the split or a language.
@@ -81,7 +86,7 @@ def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
     languages = [plan.languages[number % len(plan.languages)] for number in range(len(ids))]
     waiting = iter(range(len(ids)))
     open_: dict[int, tuple[Player, Observation]] = {}
-    scores: dict[int, Mapping[str, float]] = {}
+    scores: dict[int, Scores] = {}
     idle: dict[str, list[Player]] = {language: [] for language in plan.languages}
     while True:
         for number in _next(waiting, PARALLEL - len(open_)):
@@ -102,7 +107,7 @@ def play(agent: Agent, plan: RolloutPlan) -> dict[str, Mapping[str, float]]:
                 continue
             assert step.ending is not None
             assert step.ending.scores is not None
-            scores[number] = step.ending.scores["total"]
+            scores[number] = step.ending.scores
             idle[languages[number]].append(player)
             del open_[number]
             end_episode(agent, ids[number])

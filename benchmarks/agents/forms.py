@@ -3,47 +3,46 @@
     python -m benchmarks.agents.forms --data DIR [--split val_unseen] [--agents agents.follower,agents.vl]
                                       [--episodes N] [--forms terse,romanised] [--json FILE]
 
-Plays in process, with the server's rules and camera, the episodes of a split and of those that `arramon-server forms`
-wrote from it. A drop is the mean difference to the same episodes' first texts in the same language, with its 95%
-interval. The script consistency rate is the share of turns with the same outcome (CTC-3) with both texts: an agent that
-understands what is said, and not how it is typed, has 1.
+Plays in process, with the server's rules and camera and the sensors that the agent asks for, the episodes of a split
+and of those that `arramon-server forms` wrote from it. A drop is the mean difference to the same episodes' first texts
+in the same language, with its 95% interval. The script consistency rate is the share of turns with the same outcome
+(CTC-3) with both texts: an agent that understands what is said, and not how it is typed, has 1.
 """
 
 import argparse
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
+from arramon_agents.training.rollouts import RolloutPlan, play_turns
 from arramon_client import load_agent
 from arramon_dataset.forms.forms import FORMS
 from arramon_dataset.forms.splits import PREFIX, form_split_name
-from arramon_dataset.trial import play
 from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.errors import NotFound
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.paired import difference_bounds
-from arramon_server.sim.section_world import SectionWorld
 from benchmarks.common import add_json, parser_of, positive_int, text_table, write_json
 
 METRIC = "CTC-3"
 
 OTHER_METRICS = ("nDTW", "PTC")
 
+IMAGE_SIZE = 224
+"""Side length of the images: the default of servers."""
+
 Scores = Mapping[str, Floats]
 """Scores of both turns of each episode, (episodes, 2), by metric."""
 
 
-def played(agent: str, split: Split, language: str, ids: Sequence[str]) -> Scores:
+def played(data: Path, agent: str, split: str, language: str, ids: Sequence[str]) -> Scores:
     """Return an agent's scores on episodes of a split in one language, in the order of their ids."""
-    worlds = {name: SectionWorld(section) for name, section in split.sections.items()}
-    found: dict[str, list[list[float]]] = {metric: [] for metric in (METRIC, *OTHER_METRICS)}
-    for name in ids:
-        episode = split.episodes[name]
-        world = worlds[episode.section].in_episode(episode.furniture, episode.layout)
-        turns = play(load_agent(agent), episode, language, world, split=split.name).turns
-        for metric, values in found.items():
-            values.append([turn[metric] for turn in turns])
-    return {metric: np.array(values) for metric, values in found.items()}
+    turns = play_turns(load_agent(agent), RolloutPlan(data, split, (language,), 0, IMAGE_SIZE, chosen=tuple(ids)))
+    return {
+        metric: np.array([[turns[name][turn][metric] for turn in ("turn 1", "turn 2")] for name in ids])
+        for metric in (METRIC, *OTHER_METRICS)
+    }
 
 
 def compared(first: Scores, form: Scores, strata: Sequence[int]) -> dict[str, float]:
@@ -80,9 +79,9 @@ def main() -> None:
                 ids = [each.episode_id for each in split.in_playing_order(code)][: arguments.episodes]
                 strata = [sorted(split.sections).index(split.episodes[each].section) for each in ids]
                 if code not in first:
-                    first[code] = played(agent, split, code, ids)
+                    first[code] = played(arguments.data, agent, split.name, code, ids)
                     rows.append([agent, code, "first texts", f"{first[code][METRIC].mean():.3f}", "", "", ""])
-                result = compared(first[code], played(agent, other, code, ids), strata)
+                result = compared(first[code], played(arguments.data, agent, name, code, ids), strata)
                 results[f"{agent} {code} {form}"] = result
                 interval = f"{result['drop']:+.3f} ({result['low']:+.3f} to {result['high']:+.3f})"
                 values = [f"{result[metric]:.3f}" for metric in (METRIC, "nDTW")]
@@ -92,8 +91,6 @@ def main() -> None:
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    from pathlib import Path
-
     parser.add_argument("--data", type=Path, required=True, metavar="DIR", help="data folder with the splits")
     parser.add_argument("--split", default="val_unseen", help="the split with the first texts (default: %(default)s)")
     parser.add_argument("--agents", default="agents.follower", help="agents, such as agents.follower,agents.vl")
