@@ -66,10 +66,10 @@ def test_agent_plays_with_only_the_client_wheel_installed(
 def test_project_agents_play_on_a_host_without_a_server_installed(
     agent: str, wheels: dict[str, Path], served: tuple[str, str], tmp_path: Path
 ) -> None:
-    """Those without weights: they need neither torch nor numba."""
+    """Those without weights: they do not need torch."""
     mine = [wheels[name] for name in ("arramon-agents", "arramon-client", "arramon-lang")]
     player = Environment(tmp_path / "player", mine)
-    for missing in ("arramon_server", "arramon_dataset", "numba", "torch"):
+    for missing in ("arramon_server", "arramon_dataset", "torch"):
         assert f"No module named '{missing}'" in player.run(f"python -c 'import {missing}'", tmp_path).stderr
     sensors = " --sensors rgb,depth,pose,oracle" if agent == "agents.shortest_path" else ""
     play(player, f"--agent {agent}{sensors} --lang hi --server {served[0]}", tmp_path)

@@ -8,7 +8,7 @@ import pytest
 from arramon_agents.train import trainings
 from tests import ROOT
 
-MISSING = ("torch", "numba", "safetensors", "sentencepiece", "transformers", "gymnasium", "tensorboardX", "zstandard")
+MISSING = ("torch", "safetensors", "sentencepiece", "transformers", "gymnasium", "tensorboardX", "zstandard")
 
 CODE = f"""
 import sys
