@@ -85,7 +85,6 @@ class Navigator:
         self._referents = Referents(body.landmarks)
         self._searched = not meaning.target.where
         self._searches = [self._to_surroundings, self._onward, self._to_surroundings, self._to_resembling]
-        self._end: tuple[float, float] | None = None
         self._begin_step()
 
     def act(self, steps_left: int = 0) -> Action:  # noqa: ARG002 - the rules do not depend on it
@@ -348,10 +347,8 @@ class Navigator:
     def _explore(self) -> Action:
         """Search for the target after the last step: at its reference object, along the street, then anywhere.
 
-        Before that, take an object near the end of the walk that resembles it.
+        Before searching anywhere, take an object near the end of the walk that resembles the target.
         """
-        if self._end is None:
-            self._end = self._body.x, self._body.z
         if not self._looked:
             self._looked = True
             self._looks = list(LOOK_BOTH_SIDES)
@@ -379,8 +376,7 @@ class Navigator:
 
     def _to_resembling(self) -> Action | None:
         """Take an object near the end of the walk that resembles the target."""
-        assert self._end is not None
-        mark = find_resembling(self._body, self._meaning.target, self._missed, self._end)
+        mark = find_resembling(self._body, self._meaning.target, self._missed, self._start)
         return None if mark is None else self._take(mark)
 
     def _onward(self) -> Action | None:

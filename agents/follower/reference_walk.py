@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from arramon_agents.follower.known_ground import KnownGround
 from arramon_agents.mapping.body import to_local_frame
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_agents.mapping.known_ground import KnownGround
 from arramon_agents.mapping.motion import STEPS, TURN
 from arramon_agents.mapping.search import a_star
 from arramon_agents.mapping.street_axis import street_axis

@@ -34,14 +34,16 @@ class GroundMap:
         self._solid = np.zeros(SIDE * SIDE, np.uint8)
 
     def layers(self) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return where something solid, free ground and a building was seen, each (SIDE along x, SIDE along z)."""
-        solid, free, wall = (each.reshape(SIDE, SIDE) == 1 for each in (self._solid, self._free, self._wall))
+        """Return where something solid, free ground and a building was seen, each (SIDE along x, SIDE along z).
+
+        They are views of the map, not copies.
+        """
+        solid, free, wall = (each.view(np.bool_).reshape(SIDE, SIDE) for each in (self._solid, self._free, self._wall))
         return solid, free, wall
 
     def blocked_layer(self) -> npt.NDArray[np.bool_]:
-        """Return where the agent cannot be, (SIDE along x, SIDE along z)."""
-        blocked: npt.NDArray[np.bool_] = self._blocked.reshape(SIDE, SIDE) == 1
-        return blocked
+        """Return where the agent cannot be, as `layers` does."""
+        return self._blocked.view(np.bool_).reshape(SIDE, SIDE)
 
     def add(self, scan: Scan) -> None:
         """Add a frame's free ground and obstacles."""

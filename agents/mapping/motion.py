@@ -2,30 +2,20 @@
 
 import math
 
-from arramon_agents.mapping.ground_map import CELL, SIDE, GroundMap
+import numpy as np
+
+from arramon_agents.mapping import walk_kernel
+from arramon_agents.mapping.ground_map import GroundMap
 from arramon_client.agent import Action
 from arramon_client.world import HEADINGS
 
 TURN = 2.0 * math.pi / HEADINGS
 STEPS = tuple((math.sin(TURN * i), math.cos(TURN * i)) for i in range(HEADINGS))
 
-Pose = tuple[float, float, int]
-"""(x, z) in the agent's own frame, and the heading in multiples of 30 degrees clockwise from its first heading."""
-
 
 def can_step(ground: GroundMap, x: float, z: float, heading: int) -> bool:
     """Return whether a step from (x, z) is not known to be blocked."""
-    sin, cos = STEPS[heading]
-    blocked = ground.blocked
-    half = SIDE / 2
-    # The agent may be closer to obstacles than its map allows, so ignore a blocked cell right next to it.
-    for share in (0.5, 0.75, 1.0, 0.25):
-        row, column = int((x + share * sin) / CELL + half), int((z + share * cos) / CELL + half)
-        if not (0 <= row < SIDE and 0 <= column < SIDE):
-            return False
-        if blocked[row * SIDE + column]:
-            return share == 0.25 and bool(blocked[int(x / CELL + half) * SIDE + int(z / CELL + half)])
-    return True
+    return walk_kernel.can_step(np.frombuffer(ground.blocked, np.uint8), x, z, *STEPS[heading])
 
 
 def turns(heading: int, to: int) -> list[Action]:

@@ -35,16 +35,13 @@ class SearchResult(NamedTuple, Generic[State]):
     reached: bool
 
 
-def a_star(
-    problem: SearchProblem[State], start: State, max_expanded: int, *, margin: float = 0.0
-) -> SearchResult[State]:
+def a_star(problem: SearchProblem[State], start: State, max_expanded: int) -> SearchResult[State]:
     """Search for a path with the lowest cost; it is optimal if the heuristic never overestimates.
 
     Args:
         problem: the search problem.
         start: the initial state.
         max_expanded: number of states to expand before giving up.
-        margin: minimum decrease of the heuristic to replace the nearest state found so far.
     """
     states, before, costs = [start], [-1], [0.0]
     nearest, nearest_left = 0, problem.remaining(start)
@@ -60,7 +57,7 @@ def a_star(
         if problem.is_goal(state):
             return SearchResult(_trace(states, before, number), reached=True)
         left = problem.remaining(state)
-        if left < nearest_left - margin:
+        if left < nearest_left:
             nearest, nearest_left = number, left
         for new, cost in problem.successors(state):
             if problem.key(new) not in closed:

@@ -12,7 +12,7 @@ from arramon_agents.compilation import compiled
 _HEADINGS = 12
 _CELL = 0.25
 _SIDE = 640
-_SHARES = 4  # Parts of a step, after each of which its place must not be blocked.
+_SAMPLES = 4  # Places along a step that must not be blocked, at equal distances; the last one is its end.
 _SQUARES = 4.0  # The search merges poses with one heading in squares of a quarter of a unit.
 _MARGIN = 0.3  # Minimum decrease of the remaining distance for a pose to replace the nearest one found, in units.
 
@@ -59,24 +59,32 @@ def _remaining(kind: int, goal: Floats, x: float, z: float) -> float:
 
 
 @compiled
-def _can_step(
-    blocked: npt.NDArray[np.uint8], closed: Numbers, x: float, z: float, heading: int, sin: float, cos: float
-) -> bool:
-    """Return whether a step is not known to be blocked; the agent's own cell and the next one do not count there."""
+def can_step(blocked: npt.NDArray[np.uint8], x: float, z: float, sin: float, cos: float) -> bool:
+    """Return whether a step from (x, z) is not known to be blocked; sine and cosine are of its heading.
+
+    The agent may be closer to obstacles than its map allows, so from a blocked cell the next one may be blocked too.
+    """
     half = _SIDE / 2
-    is_stuck = blocked[int(x / _CELL + half) * _SIDE + int(z / _CELL + half)] != 0
-    for part in range(1, _SHARES + 1):
-        share = part / _SHARES
+    for sample in range(_SAMPLES, 0, -1):
+        share = sample / _SAMPLES
         row, column = int((x + share * sin) / _CELL + half), int((z + share * cos) / _CELL + half)
         if row < 0 or column < 0 or row >= _SIDE or column >= _SIDE:
             return False
-        if blocked[row * _SIDE + column] and not (part == 1 and is_stuck):
-            return False
-    key_x, key_z = round(x * 10.0), round(z * 10.0)
-    for i in range(len(closed)):
-        if closed[i, 0] == key_x and closed[i, 1] == key_z and closed[i, 2] == heading:
-            return False
+        if blocked[row * _SIDE + column]:
+            row, column = int(x / _CELL + half), int(z / _CELL + half)
+            is_inside = 0 <= row < _SIDE and 0 <= column < _SIDE
+            return bool(sample == 1 and is_inside and blocked[row * _SIDE + column])
     return True
+
+
+@compiled
+def _is_closed(closed: Numbers, x: float, z: float, heading: int) -> bool:
+    """Return whether a step turned out to be blocked; its key is that of `motion.step_key`."""
+    key_x, key_z = round(x * 10.0), round(z * 10.0)
+    for i in range(len(closed)):  # noqa: SIM110 - numba compiles plain loops
+        if closed[i, 0] == key_x and closed[i, 1] == key_z and closed[i, 2] == heading:
+            return True
+    return False
 
 
 @compiled
@@ -174,7 +182,7 @@ def search(
                 new_x, new_z = x + sin, z + cos
                 oblique = oblique_cost if (heading - axis) % 3 else 0.0
                 more = _step_cost(costs, first_row, first_column, oblique, kind, goal, new_x, new_z)
-                if more < 0.0 or not _can_step(blocked, closed, x, z, heading, sin, cos):
+                if more < 0.0 or _is_closed(closed, x, z, heading) or not can_step(blocked, x, z, sin, cos):
                     continue
             else:
                 new_heading = (heading + (1 if move == 1 else _HEADINGS - 1)) % _HEADINGS

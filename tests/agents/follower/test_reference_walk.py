@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from arramon_agents.follower.known_ground import KnownGround
 from arramon_agents.follower.reference_walk import last_heading
 from arramon_agents.mapping.ground_map import GroundMap
-from arramon_agents.mapping.known_ground import KnownGround
 from arramon_agents.mapping.motion import TURN
 from arramon_agents.mapping.street_axis import street_axis
 from arramon_agents.perception.scan import Floats, Scan
