@@ -1,8 +1,9 @@
 """Memory of the assembly room: its contents, reconstructed from depth and segmentation with known camera poses."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,9 +53,8 @@ class RoomMemory:
         self._labels = tuple(labels)
         self._is_object = np.array([_is_object(label) for label in labels])
         self._is_wall = np.array([label.kind == "wall" for label in labels])
-        self._looks = int(self._is_wall.sum())
         self._traces: dict[tuple[int, Cell], _Evidence] = {}
-        self._walls: dict[str, int] = {}
+        self._wall_pixels: dict[str, npt.NDArray[np.int64]] = {}
 
     def add(
         self, depth: npt.NDArray[np.float32], segmentation: npt.NDArray[np.uint16], cell: Cell, heading: float
@@ -85,10 +85,9 @@ class RoomMemory:
             trace = self._traces.setdefault((label, divmod(place, ROWS)), _Evidence(0, math.inf))
             trace.pixels += count
             trace.lowest = min(trace.lowest, low)
-        if len(self._walls) < self._looks:
-            every = np.flatnonzero(self._is_wall[shown])
-            column, row, _ = _places(depth, every, scale, cell, heading)
-            self._add_walls(shown[every], column, row)
+        every = np.flatnonzero(self._is_wall[shown])
+        column, row, _ = _places(depth, every, scale, cell, heading)
+        self._add_walls(shown[every], column, row)
 
     def add_things(self, things: Sequence["DetectedThing"], cell: Cell, heading: float) -> None:
         """Ignore the detected things of a frame: objects come from the segmentation only."""
@@ -102,16 +101,29 @@ class RoomMemory:
             for level, (_, number) in enumerate(sorted(seen), start=1):
                 label = self._labels[number]
                 things.append(RoomObject(label.kind, label.colour, label.look, *cell, level))
-        return Room(tuple(things), dict(self._walls))
+        return Room(tuple(things), _walls_of(self._wall_pixels))
 
     def _add_walls(self, shown: npt.NDArray[np.uint16], column: _Floats, row: _Floats) -> None:
-        """Add wall pixels: (n,) labels, and (n,) columns and rows with fractions."""
+        """Add wall pixels, each to the wall nearest to it: (n,) labels, and (n,) columns and rows with fractions."""
+        nearest = np.abs(np.stack([row, column, -row, -column]) - _WALLS[:, None]).argmin(axis=0)
         for number in np.unique(shown).tolist():
-            is_own = shown == number
-            if np.count_nonzero(is_own) >= MIN_PIXELS:
-                across, along = column[is_own], row[is_own]
-                away = np.abs(np.stack([along, across, -along, -across]) - _WALLS[:, None]).mean(axis=1)
-                self._walls.setdefault(self._labels[number].look, int(away.argmin()))
+            counts = self._wall_pixels.setdefault(self._labels[number].look, np.zeros(len(_WALLS), np.int64))
+            counts += np.bincount(nearest[shown == number], minlength=len(_WALLS))
+
+
+def _walls_of(pixels: Mapping[str, npt.NDArray[np.int64]]) -> dict[str, int]:
+    """Return the quarter of each wall that was seen, given the pixels of each look by quarter.
+
+    A few pixels of a wall may show another look, so walls and looks are paired as most pixels have it. No two walls
+    look alike.
+    """
+    looks = sorted(pixels, key=lambda look: int(pixels[look].sum()), reverse=True)[: len(_WALLS)]
+    looks = [look for look in looks if pixels[look].sum() >= MIN_PIXELS]
+    quarters = max(
+        permutations(range(len(_WALLS)), len(looks)),
+        key=lambda order: sum(int(pixels[look][quarter]) for look, quarter in zip(looks, order, strict=True)),
+    )
+    return dict(zip(looks, quarters, strict=True))
 
 
 def _places(
