@@ -14,6 +14,9 @@ from arramon_client.world import PHASES
 PARALLEL = 16
 """Number of episodes played in parallel."""
 
+FRAME_SIZE = 224
+"""Side length of the images if none is named, in pixels: a server's default."""
+
 
 @dataclass(frozen=True)
 class RolloutPlan:
@@ -33,7 +36,7 @@ class RolloutPlan:
     split: str
     languages: tuple[str, ...]
     episodes: int
-    image_size: int
+    image_size: int = FRAME_SIZE
     phases: tuple[str, ...] = PHASES
     chosen: tuple[str, ...] = ()
 

@@ -26,9 +26,6 @@ from arramon_agents.vl_map.recipe import MapRecipe
 from arramon_agents.vl_map.task import PlacementTask
 from arramon_agents.weights import SUFFIX, find_weights
 
-IMAGE_SIZE = 224
-"""Side length of the images in validation, in pixels."""
-
 LIMITS = """\
 - It is trained on generated episodes alone. On people's instructions it reaches less than half of it
   (`docs/results/agents.md`).
@@ -78,7 +75,7 @@ def train(recipe: MapRecipe, workspace: Workspace, report: Report) -> Path:
         about["joined"] = [each for _, its in joined for each in (its, *its.get("joined", ()))]
     policies = [trained.network, *(policy for networks, _ in joined for policy in networks.policies)]
     if recipe.validate_episodes:
-        plan = RolloutPlan(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes, IMAGE_SIZE)
+        plan = RolloutPlan(workspace.data, recipe.validate, recipe.languages, recipe.validate_episodes)
         scores = play(SeeingAgent(MapPolicy(policies), CellFinder(placer)), plan)
         split = {"split": recipe.validate, "episodes": recipe.validate_episodes}
         about["validation"] = split | {name: mean(scores, name) for name in ("nDTW", "CTC-3", "PTC")}

@@ -22,15 +22,13 @@ from typing import Any
 import torch
 
 from arramon_agents.training.demonstrations import DemonstrationSource, episodes_of
+from arramon_agents.training.rollouts import FRAME_SIZE
 from arramon_agents.weights import find_weights
 from arramon_client import load_agent
 from benchmarks.agents.ablations_tables import BASE, PhaseScores, tables
 from benchmarks.agents.study import METRICS, SHORT_RECIPE, Study, TrainingSet, study_options, write_page
 
 BEGIN, END = "<!-- tables: benchmarks/agents/ablations.py -->", "<!-- end of tables -->"
-
-IMAGE_SIZE = 224
-"""Side length of `vl_map`'s images, in pixels."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +133,7 @@ def measure_map(study: Study, given: argparse.Namespace, name: str, phase: str) 
     arguments = {"weights": given.map_weights, **MAP_ROWS[name].arguments}
 
     def play() -> dict[str, Any]:
-        return {"scores": study.play(load_agent("agents.vl_map", arguments), phase, IMAGE_SIZE)}
+        return {"scores": study.play(load_agent("agents.vl_map", arguments), phase, FRAME_SIZE)}
 
     mark = hashlib.sha256(find_weights(given.map_weights).read_bytes()).hexdigest()[:8]
     return PhaseScores(name, phase, 0, study.kept(f"map-{mark}-{name}-{phase}", play)["scores"], 0)

@@ -19,7 +19,6 @@ from arramon_agents.training.rollouts import RolloutPlan, play_turns
 from arramon_client import load_agent
 from arramon_dataset.forms.forms import FORMS
 from arramon_dataset.forms.splits import PREFIX, form_split_name
-from arramon_dataset.trial import SIZE
 from arramon_server.episodes.splits import Split, read_split, split_folder
 from arramon_server.errors import NotFound
 from arramon_server.scoring.intervals import Floats
@@ -36,7 +35,7 @@ Scores = Mapping[str, Floats]
 
 def played(data: Path, agent: str, split: str, language: str, ids: Sequence[str]) -> Scores:
     """Return an agent's scores on episodes of a split in one language, in the order of their ids."""
-    turns = play_turns(load_agent(agent), RolloutPlan(data, split, (language,), 0, SIZE, chosen=tuple(ids)))
+    turns = play_turns(load_agent(agent), RolloutPlan(data, split, (language,), 0, chosen=tuple(ids)))
     return {
         metric: np.array([[turns[name][turn][metric] for turn in ("turn 1", "turn 2")] for name in ids])
         for metric in (METRIC, *OTHER_METRICS)

@@ -160,7 +160,7 @@ def _scores(given: argparse.Namespace, setup: TunedAgent, chosen: tuple[str, ...
         played = [
             play(
                 load_agent(f"agents.{setup.agent}", setup.arguments),
-                RolloutPlan(given.data, given.split, (given.lang,), 0, 224, phases, chosen),
+                RolloutPlan(given.data, given.split, (given.lang,), 0, phases=phases, chosen=chosen),
             )
             for phases in (PHASES, ("assembly",))
         ]

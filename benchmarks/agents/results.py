@@ -155,7 +155,7 @@ def play_one(given: argparse.Namespace, setup: AgentSetup, split: str, language:
     path = _results(given, setup, split, language)
     kept: dict[str, Any] = json.loads(path.read_text())
     if setup.agent not in NOT_PLACED_ALONE and "alone" not in kept:
-        plan = RolloutPlan(given.data, split, (language,), len(kept["episodes"]), 224, phases=("assembly",))
+        plan = RolloutPlan(given.data, split, (language,), len(kept["episodes"]), phases=("assembly",))
         scores = play(load_agent(f"agents.{setup.agent}", setup.arguments), plan)
         kept["alone"] = {episode_id: each["PTC"] for episode_id, each in scores.items()}
         path.write_text(json.dumps(kept))

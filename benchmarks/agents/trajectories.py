@@ -241,7 +241,7 @@ def read_or_play(given: argparse.Namespace, split: Split) -> dict[tuple[str, int
     for first in range(0, len(left), PARALLEL):
         assert agent is not None
         chosen = tuple(left[first : first + PARALLEL])
-        play(agent, RolloutPlan(given.data, given.split, (given.lang,), 0, 224, chosen=chosen))
+        play(agent, RolloutPlan(given.data, given.split, (given.lang,), 0, chosen=chosen))
         paths |= agent.paths
         new = path.with_suffix(".new")
         new.write_text(
