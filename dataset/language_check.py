@@ -1,6 +1,7 @@
 """Check of a language's data, for `arramon-server language check`: files, texts of every kind of meaning, repeats."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,8 +20,8 @@ from arramon_server.errors import BadFile, NotFound
 PREVIEW = 20
 """Number of texts in the preview."""
 
-SHOWN = 20
-"""Maximum number of faults of one kind that a report lists."""
+SHOWN, SUMMED_UP = 20, 12
+"""Maximum number of faults of one sort that a report lists, and of kinds of meaning in which it counts the others."""
 
 MAX_MISREAD = 0.002
 """Maximum share of texts that may be misread, as generation rejects them."""
@@ -42,7 +43,8 @@ class LanguageReport:
         faults: what must be mended: faults of files, meanings that no text expresses, and texts that the quality checks
             block.
         misread: texts that are not read as they were meant. Generation rejects them.
-        hints: what may be intended: unused words, kinds without nouns, neighbouring words that share their start.
+        hints: what may be intended: files that are another language's, unused words, kinds without nouns, nouns without
+            gender where others have one, neighbouring words that share their start.
         preview: some of the texts.
     """
 
@@ -59,14 +61,15 @@ class LanguageReport:
         """Whether there are no faults, and at most MAX_MISREAD of the texts are misread."""
         return not self.faults and len(self.misread) <= MAX_MISREAD * self.texts
 
-    def lines(self) -> Iterator[str]:
-        """Yield the report as lines of text."""
+    def lines(self, shown: int | None = SHOWN) -> Iterator[str]:
+        """Yield the report as lines of text, with up to `shown` faults of each sort; None for all of them."""
         yield from self.preview
         yield ""
         for title, listed in (("fault", self.faults), ("misread", self.misread), ("hint", self.hints)):
-            yield from (f"{title}: {line}" for line in listed[:SHOWN])
-            if len(listed) > SHOWN:
-                yield f"{title}: {len(listed) - SHOWN} more"
+            yield from (f"{title}: {line}" for line in listed[:shown])
+            if further := listed[shown:] if shown is not None else ():
+                counts = Counter(line.partition(":")[0] for line in further).most_common(SUMMED_UP)
+                yield f"{title}: {len(further)} more: {', '.join(f'{name} ({count})' for name, count in counts)}"
         yield (
             f"{self.language}: {self.meanings} kinds of meaning, {self.texts} texts, {len(self.faults)} faults, "
             f"{len(self.misread)} misread, {len(self.hints)} hints"
@@ -133,19 +136,11 @@ def repeats(language: Language, text: str) -> Iterator[str]:
 
 
 def _faults_of_files(folder: Path) -> Iterator[str]:
-    for name in FILES:
-        path = folder / f"{name}.toml"
-        if not path.exists():
-            if name not in OPTIONAL_FILES:
-                yield f"{path}: is missing"
-            continue
-        try:
-            read_file(folder, name)
-        except ValueError as error:
-            yield str(error)
+    unreadable = list(_unreadable_files(folder))
+    yield from unreadable
     known = {f"{name}.toml" for name in FILES}
     yield from (f"{path}: is not a file of a language" for path in sorted(folder.iterdir()) if path.name not in known)
-    if any(not (folder / f"{name}.toml").exists() for name in FILES if name not in OPTIONAL_FILES):
+    if unreadable:
         return
     try:
         language = Language(folder)
@@ -157,13 +152,40 @@ def _faults_of_files(folder: Path) -> Iterator[str]:
         yield f"{folder}: {error}"
 
 
+def _unreadable_files(folder: Path) -> Iterator[str]:
+    """Yield what is wrong with each file that is missing, no TOML, or has unknown keys."""
+    for name in FILES:
+        path = folder / f"{name}.toml"
+        if path.exists():
+            try:
+                read_file(folder, name)
+            except ValueError as error:
+                yield str(error)
+        elif name not in OPTIONAL_FILES:
+            yield f"{path}: is missing"
+
+
 def _hints_of_files(folder: Path, language: Language) -> Iterator[str]:
-    """Yield words that no pattern uses, and kinds without a noun."""
+    """Yield files of other languages, words that no pattern uses, kinds without a noun, and nouns without a gender."""
+    for other in available():
+        same = [name for name in FILES if other != folder.name and _is_same(folder / f"{name}.toml", ROOT / other)]
+        yield from (f"{name}.toml: is the file of {other!r}, unchanged" for name in same)
     used = {name.strip() for name in _SLOT.findall(" ".join(_texts(folder)))}
     grammar = language.grammar
     yield from (f"grammar.toml: no text uses the word {name!r}" for name in grammar.words if name not in used)
     yield from (f"grammar.toml: no text uses the table {name!r}" for name in grammar.tables if name not in used)
     yield from (f"things.toml: no noun for {kind!r}" for kind in sorted(KINDS - {""}) if kind not in grammar.nouns)
+    every = [(kind, dict(noun.given)) for kind, nouns in grammar.nouns.items() for noun in nouns]
+    for axis in sorted(grammar.imposed):
+        lacking = [kind for kind, given in every if axis not in given]
+        if 2 * len(lacking) < len(every):  # Few nouns have an axis for a peculiarity of theirs.
+            yield from (f"things.toml: a noun of {kind!r} has no {axis}, which most have" for kind in lacking)
+
+
+def _is_same(path: Path, folder: Path) -> bool:
+    """Return whether a file has the content of the file of its name in another folder."""
+    other = folder / path.name
+    return path.exists() and other.exists() and path.read_bytes() == other.read_bytes()
 
 
 def _texts(folder: Path) -> Iterator[str]:
@@ -188,4 +210,4 @@ def _blocking(text: str, language: Language, meaning: Meaning, root: Path) -> It
     phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
     for failure in check(text, language.code, phase, root=root):
         if failure.severity == BLOCKED and failure.check not in ("few_words", "few_unique"):
-            yield str(failure)
+            yield f"{failure} (by quality.toml)"

@@ -43,6 +43,9 @@ SLOTS = frozenset(
 share a noun; "landmark" and "further", things that cannot be picked up; "wall"; "holder", a thing that can be picked
 up; "detail", a thing that describes the one before it."""
 
+AFTER = "~"
+"""Marks the beginning of a look that follows the noun: "~with a star"."""
+
 INSIDE = "~"
 """Marks the place of adjectives within a noun of several words: "the end of the ~street"."""
 
@@ -118,17 +121,25 @@ class LookWording:
 class Grammar:
     """Parsed content of `grammar.toml`, `things.toml` and `phrases.toml`; comments in `lang/en` describe the formats.
 
+    Attributes:
+        imposed: axes whose value a noun gives to the words that agree with it, such as gender.
+
     Raises:
         ValueError: if an entry is missing or contains an undeclared mark, slot or word; names the entry.
     """
 
     def __init__(self, grammar: Mapping[str, Any], things: Mapping[str, Any], phrases: Mapping[str, Any]) -> None:
-        try:
-            self._read_grammar(grammar)
-            self._read_things(things)
-            self._read_phrases(phrases)
-        except KeyError as error:
-            raise ValueError(f"a language's grammar, things or phrases: {error} is missing") from error
+        for name, read, content in (
+            ("grammar", self._read_grammar, grammar),
+            ("things", self._read_things, things),
+            ("phrases", self._read_phrases, phrases),
+        ):
+            try:
+                read(content)
+            except KeyError as error:
+                raise ValueError(f"{name}.toml: {error} is missing; it may be empty") from error
+            except ValueError as error:
+                raise ValueError(f"{name}.toml: {error}") from error
 
     def _read_grammar(self, grammar: Mapping[str, Any]) -> None:
         self.axes: dict[str, list[str]] = dict(grammar["features"])
@@ -170,14 +181,15 @@ class Grammar:
 
     def _read_things(self, things: Mapping[str, Any]) -> None:
         self.nouns = {kind: self._lexemes(f"nouns.{kind}", entries) for kind, entries in things["nouns"].items()}
-        self._imposed = {axis for nouns in self.nouns.values() for noun in nouns for axis, _ in noun.given}
+        self.imposed = {axis for nouns in self.nouns.values() for noun in nouns for axis, _ in noun.given}
         self.also_nouns: dict[str, list[str]] = things["also_read"]
         self.also_looks: dict[str, dict[str, list[str]]] = things.get("also_read_looks", {})
-        self.colours = self._tabled("colours", things["colours"])
+        self.colours = self._adjectives("colours", things["colours"])
         self.colours_of = {
-            kind: self._tabled(f"colours_of.{kind}", listed) for kind, listed in things.get("colours_of", {}).items()
+            kind: self._adjectives(f"colours_of.{kind}", listed)
+            for kind, listed in things.get("colours_of", {}).items()
         }
-        self.whiches = self._tabled("whiches", things["whiches"])
+        self.whiches = self._adjectives("whiches", things["whiches"])
         self.looks = {
             kind: {value: self._wordings(f"looks.{kind}.{value}", texts) for value, texts in looks.items()}
             for kind, looks in things["looks"].items()
@@ -307,8 +319,8 @@ class Grammar:
         key = id(pattern.body), noun.given
         known = self._worded.get(key)
         if known is None:
-            imposed = {axis: self.axes[axis][0] for axis in self._imposed} | dict(noun.given)
-            others = {value for axis in self._imposed for value in self.axes[axis]} - set(imposed.values())
+            imposed = {axis: self.axes[axis][0] for axis in self.imposed} | dict(noun.given)
+            others = {value for axis in self.imposed for value in self.axes[axis]} - set(imposed.values())
             words = [self.words[slot.name] for slot in pattern.slots() if slot.name in self.words]
             agree = all(any(others.isdisjoint(marks) for word in each for marks, _ in word.forms) for each in words)
             known = self._worded[key] = pattern.body, agree
@@ -350,11 +362,18 @@ class Grammar:
     def _tabled(self, name: str, table: Mapping[str, Iterable[str]]) -> dict[str, tuple[Pattern, ...]]:
         return {key: self._patterns(f"{name}.{key}", texts) for key, texts in table.items()}
 
+    def _adjectives(self, name: str, table: Mapping[str, Iterable[str]]) -> dict[str, tuple[Pattern, ...]]:
+        for key, texts in table.items():
+            for text in texts:
+                if text.startswith(AFTER):
+                    raise ValueError(f"{name}.{key}: {text!r}: only looks can follow the noun, by {AFTER}")
+        return self._tabled(name, table)
+
     def _wordings(self, name: str, texts: Iterable[str]) -> tuple[LookWording, ...]:
         return tuple(
-            LookWording(pattern, text.startswith("~"))
+            LookWording(pattern, text.startswith(AFTER))
             for text in texts
-            for pattern in self._patterns(name, [text.removeprefix("~").strip()])
+            for pattern in self._patterns(name, [text.removeprefix(AFTER).strip()])
         )
 
     def _patterns(self, name: str, texts: Iterable[str]) -> tuple[Pattern, ...]:
@@ -383,7 +402,12 @@ class Grammar:
         given = tuple((axis, listed.pop(axis)) for axis in self.axes if axis in listed)
         if "class" in listed:
             stem = listed.pop("stem", "")
-            endings = self._classes[listed.pop("class")]
+            named = listed.pop("class")
+            if named not in self._classes:
+                raise ValueError(
+                    f"{name}: no class {named!r}; [classes] of grammar.toml has {', '.join(self._classes)}"
+                )
+            endings = self._classes[named]
             listed = {marks: stem + ending for marks, ending in endings.items()} | listed
         forms = []
         for marks, text in listed.items():

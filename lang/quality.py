@@ -172,7 +172,7 @@ class _Rules:
             return tuple(_term(term, language) for term in listed)
 
         self.min_words: int = data.get("min_words", MIN_WORDS)
-        self.single_letters = frozenset(map(language.normalise, data["single_letters"]))
+        self.single_letters = frozenset(language.normalise(letter).casefold() for letter in data["single_letters"])
         self.repeats = frozenset(map(language.normalise, data["repeats"]))
         self.forbidden: dict[str, dict[str, Terms]] = {
             phase: {term: terms(listed) for term, listed in (data["general"] | data[phase]).items()} for phase in PHASES

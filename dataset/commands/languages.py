@@ -22,6 +22,7 @@ def add(commands: Commands, common: argparse.ArgumentParser) -> None:
     check.add_argument(
         "--root", type=Path, help="folder with the languages' folders (default: the installed languages)"
     )
+    check.add_argument("--all", action="store_true", help="print every fault, not the first twenty of each sort")
     check.set_defaults(command=_check)
 
     listed = actions.add_parser("list", parents=[common], help="list the languages")
@@ -34,7 +35,7 @@ def _check(arguments: argparse.Namespace) -> int:
     if arguments.seeds < 1:
         raise BadInput(f"--seeds is {arguments.seeds}; expected at least 1")
     report = check_language(arguments.code, seeds=arguments.seeds, root=arguments.root)
-    print(*report.lines(), sep="\n")
+    print(*(report.lines(None) if arguments.all else report.lines()), sep="\n")
     return int(not report.passes)
 
 

@@ -173,7 +173,7 @@ class Phraser:
         """
         noun = self.voice.junctions.get((thing.kind, thing.arms)) or self.voice.nouns.get(thing.kind)
         if noun is None:
-            raise ValueError(f"no noun for kind {thing.kind!r}; expected one of {', '.join(self.grammar.nouns)}")
+            raise ValueError(f"no noun for kind {thing.kind!r}; there are nouns for {', '.join(self.grammar.nouns)}")
         return noun
 
     def nouns(self, content: Mapping[str, Value]) -> dict[str, Lexeme]:

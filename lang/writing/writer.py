@@ -419,10 +419,11 @@ class _Draft(Phraser):
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
         """Return a clause's text; unmarked and at the front of a sentence, it may use any pattern."""
         subordinate = bool(marked) or not front
-        pattern = self.pick(
-            self._patterns(clause, subordinate=subordinate) or self._patterns(clause, subordinate=bool(marked)),
-            clause.key,
-        )
+        fitting = self._patterns(clause, subordinate=subordinate) or self._patterns(clause, subordinate=bool(marked))
+        if not fitting:
+            said = (f"{slot} {value!r}" for slot, value in clause.slots.items() if isinstance(value, str))
+            raise ValueError(f"no wording for {' with '.join((clause.key, *said))}")
+        pattern = self.pick(fitting, clause.key)
         nouns = self.nouns(clause.slots)
         given = dict(nouns["thing"].given) if "thing" in nouns else {}
         fillers = self.table_fillers(clause.slots) | self.thing_fillers(clause.slots, nouns)

@@ -5,9 +5,10 @@ from shutil import copytree
 
 import pytest
 
-from arramon_dataset.language_check import check_language, repeats
+from arramon_dataset.language_check import LanguageReport, check_language, repeats
 from arramon_dataset.language_meanings import all_meanings
 from arramon_lang.language import ROOT, Language, available, load
+from arramon_lang.meaning import Navigation, Rotate, Thing
 from arramon_server.cli import main
 from arramon_server.errors import NotFound
 
@@ -83,6 +84,44 @@ def test_what_no_text_uses_is_a_hint_and_what_cannot_be_said_a_fault(root: Path)
     assert "grammar.toml: no text uses the word 'unused'" in report.hints
     assert report.faults == ("walk until bench: cannot be written: no wording for walk until",)
     assert report.texts == 2
+
+
+def test_a_meaning_without_a_wording_is_named_with_its_values(root: Path) -> None:
+    replace(root / "en" / "grammar.toml", '\naround = ["20* around", ', '\nslight_left = ["20* around", ')
+    around = Navigation((Rotate("around", "at", Thing("bench")),), Thing("mug", "red", "dotted"))
+    report = check_language("en", seeds=1, root=root, meanings=[("turn around at bench", around)])
+    (fault,) = report.faults
+    assert fault == "turn around at bench: cannot be written: no wording for turn at with direction 'around'"
+
+
+def test_files_that_are_anothers_and_nouns_without_gender_are_hints(root: Path) -> None:
+    copytree(ROOT / "hi", root / "xx")
+    (root / "xx" / "relations.toml").write_bytes((ROOT / "en" / "relations.toml").read_bytes())
+    replace(root / "xx" / "language.toml", 'code = "hi"', 'code = "xx"')
+    replace(root / "xx" / "things.toml", ', gender = "masculine"', "")
+    hints = check_language("xx", seeds=1, root=root, meanings=MEANINGS[:1]).hints
+    assert "relations.toml: is the file of 'en', unchanged" in hints
+    assert "grammar.toml: is the file of 'hi', unchanged" in hints
+    assert not any("language.toml" in hint for hint in hints)
+    assert [hint for hint in hints if "has no gender" in hint] == [next(hint for hint in hints if "no gender" in hint)]
+
+
+def test_the_report_counts_what_it_does_not_list_and_lists_all_if_asked() -> None:
+    faults = tuple(f"walk past {number % 2}: fault {number}" for number in range(26))
+    report = LanguageReport("xx", 1, 26, faults, (), (), ())
+    assert list(report.lines())[-2] == "fault: 6 more: walk past 0 (3), walk past 1 (3)"
+    assert list(report.lines(None))[1:-1] == [f"fault: {fault}" for fault in faults]
+
+
+def test_a_file_that_is_no_toml_is_one_fault(root: Path) -> None:
+    (root / "en" / "things.toml").write_text("[nouns\n", encoding="utf-8")
+    assert len(check_language("en", root=root).faults) == 1
+
+
+def test_a_single_letter_is_allowed_in_either_case(root: Path) -> None:
+    replace(root / "en" / "quality.toml", 'single_letters = ["a"]', 'single_letters = ["A"]')
+    named = [each for each in MEANINGS if each[0] == "walk to bench"]
+    assert check_language("en", root=root, meanings=named).passes
 
 
 def test_the_command_lists_and_checks_languages(root: Path, capsys: pytest.CaptureFixture[str]) -> None:

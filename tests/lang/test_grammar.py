@@ -67,7 +67,14 @@ def test_words_have_weights(data: dict[str, Any]) -> None:
         (("grammar", "words", "turn"), {}, "words.turn: .* has no form"),
         (("phrases", "joins"), {"sentence": ["{a}"]}, "joins: assembly, first, later, .* missing"),
         (("phrases", "target", "purpose"), None, "target: purpose missing, which joins have"),
-        (("things",), {}, "'nouns' is missing"),
+        (("things",), {}, "things.toml: 'nouns' is missing; it may be empty"),
+        (("things", "colours", "red"), ["~red"], "things.toml: colours.red: '~red': only looks can follow the noun"),
+        (("things", "whiches", "next"), ["~next"], "things.toml: whiches.next: '~next': only looks can follow"),
+        (
+            ("things", "nouns", "bench"),
+            {"class": "regualr", "stem": "bench"},
+            "things.toml: nouns.bench: no class 'regualr'; .classes. of grammar.toml has ",
+        ),
         (("grammar", "text", "per_episode"), {"numeral": {"roman": 1}}, "per_episode: numeral is not an axis .* roman"),
     ],
 )
