@@ -31,8 +31,11 @@ REPLACED_SHARE = 0.8
 REDRAWN_SHARE = 0.25
 """Share of directions, sides and ordinals that are redrawn where things are replaced."""
 
-FORM_SHARE = 0.4
+FORM_SHARE = 0.8
 """Share of new texts that are written once more, in a form."""
+
+FORM_WEIGHTS = {"typing": 2.0, "romanised": 3.0}
+"""Relative frequency of each form among those of its language; 1 for the others, which are nearer to plain texts."""
 
 CHUNK = 200
 """Number of texts that a process is given at a time."""
@@ -131,7 +134,8 @@ def _in_a_form(sample: TextSample, random: Random) -> list[TextSample]:
     forms = [form for form, languages in FORMS.items() if sample.language in languages]
     if not forms:
         return []
-    writer = FormWriter(random.choice(forms), sample.language, random, draw_voices(sample.language, random))
+    (form,) = random.choices(forms, [FORM_WEIGHTS.get(form, 1.0) for form in forms])
+    writer = FormWriter(form, sample.language, random, draw_voices(sample.language, random))
     phase = NAVIGATION if isinstance(sample.meaning, Navigation) else ASSEMBLY
     try:
         return [replace(sample, text=writer.write(sample.text, phase))]

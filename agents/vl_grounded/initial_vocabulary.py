@@ -56,14 +56,15 @@ def initialise_from_reader(
     """
     given: Mapping[str, Tensor] = network.state_dict()
     own = reading.state_dict()
-    numbers = {word: number for number, word in enumerate(vocabulary.words, start=UNKNOWN + 1)}
+    known = set(vocabulary.words)
     embedding = own["words.weight"].clone()
     if embedding.shape[1] != given["words.weight"].shape[1]:
         raise ValueError(f"a reader's words have {given['words.weight'].shape[1]} numbers, not {embedding.shape[1]}")
-    embedding[UNKNOWN] = given["words.weight"][UNKNOWN]
-    for number, word in enumerate(words.vocabulary, start=SPECIAL):
-        if word in numbers:
-            embedding[number] = given["words.weight"][numbers[word]]
+    with torch.no_grad():
+        embedding[UNKNOWN] = network.embed_words(torch.tensor(vocabulary.code("")))
+        for number, word in enumerate(words.vocabulary, start=SPECIAL):
+            if word in known:
+                embedding[number] = network.embed_words(torch.tensor(vocabulary.code(word)))
     copied = {name: value.clone() for name, value in given.items() if name.split(".")[0] in SHARED}
     with torch.no_grad():
         reading.load_state_dict(own | copied | {"words.weight": embedding})

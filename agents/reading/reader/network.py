@@ -7,12 +7,16 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from arramon_agents.reading.reader.slots import ACTION_SLOTS, MAX_ROWS, SLOTS, THING_SLOTS
+from arramon_agents.reading.reader.spelling import BUCKETS, MAX_NGRAMS
 
 PARTS = (ACTION_SLOTS, *THING_SLOTS)
 """Groups of slots, each with an attention head: the action, the first thing, the second thing."""
 
 EMBEDDING_KERNEL, ATTENTION_KERNEL = 5, 15
 """Kernel widths, in words: of the convolution over embeddings, and of the one over the previous attention weights."""
+
+SPELLING_HIDDEN = 128
+"""Hidden size of the layers over the mean embedding of a word's n-grams."""
 
 State = tuple[Tensor, Tensor, Tensor, Tensor]
 """Hidden and cell state of the decoder, context vectors, and attention (B, 2 parts, words): last weights and sums."""
@@ -52,6 +56,10 @@ class ReaderNetwork(nn.Module):
         self.sizes = sizes
         embedding, both, state = sizes.embedding, 2 * sizes.encoder, sizes.decoder
         self.words = nn.Embedding(sizes.words, embedding, padding_idx=0)
+        self.ngrams = nn.EmbeddingBag(BUCKETS + 1, embedding, mode="mean", padding_idx=0)
+        self.spelling = nn.Sequential(
+            nn.Linear(embedding, SPELLING_HIDDEN), nn.ReLU(), nn.Linear(SPELLING_HIDDEN, embedding)
+        )
         self.phrases = nn.Conv1d(embedding, embedding, EMBEDDING_KERNEL, padding=EMBEDDING_KERNEL // 2)
         self.encoder = nn.LSTM(embedding, sizes.encoder, batch_first=True, bidirectional=True)
         self.start = nn.Linear(both, state)
@@ -66,27 +74,29 @@ class ReaderNetwork(nn.Module):
         """Return the logits of all rows by slot, (B, rows, values), with teacher forcing.
 
         Args:
-            texts: word ids, (B, words), padded with 0.
+            texts: codes of words, (B, words, CODE_SIZE), padded with 0.
             rows: value ids of the target rows, (B, rows, slots).
         """
+        is_filling = texts[:, :, 0] == 0
         memory = self._encode(texts)
-        state = self._first(texts, memory)
+        state = self._first(is_filling, memory)
         before = self._embed(functional.pad(rows[:, :-1], (0, 0, 1, 0)))
         features = []
         for number in range(rows.shape[1]):
-            state, found = self._step(before[:, number], state, memory, texts == 0)
+            state, found = self._step(before[:, number], state, memory, is_filling)
             features.append(found)
         return self._slots(torch.stack(features, dim=1))
 
     @torch.inference_mode()
     def read(self, texts: Tensor) -> Tensor:
         """Decode texts greedily to rows, (B, rows, slots); rows after an end row are meaningless."""
+        is_filling = texts[:, :, 0] == 0
         memory = self._encode(texts)
-        state = self._first(texts, memory)
+        state = self._first(is_filling, memory)
         row = torch.zeros(len(texts), 1, len(SLOTS), dtype=torch.long, device=texts.device)
         rows = []
         for _ in range(MAX_ROWS):
-            state, found = self._step(self._embed(row)[:, 0], state, memory, texts == 0)
+            state, found = self._step(self._embed(row)[:, 0], state, memory, is_filling)
             logits = self._slots(found[:, None])
             row = torch.stack([logits[name].argmax(2) for name in SLOTS], dim=2)
             rows.append(row)
@@ -94,23 +104,29 @@ class ReaderNetwork(nn.Module):
                 break
         return torch.cat(rows, 1)
 
+    def embed_words(self, codes: Tensor) -> Tensor:
+        """Return the embeddings of words from their codes: (..., CODE_SIZE) to (..., embedding)."""
+        of_spelling: Tensor = self.spelling(self.ngrams(codes[..., 1:].reshape(-1, MAX_NGRAMS)))
+        of_id: Tensor = self.words(codes[..., 0])
+        return of_id + of_spelling.view_as(of_id)
+
     def _encode(self, texts: Tensor) -> Tensor:
         """Return the encoded words, (B, words, 2 encoder), 0 at padding."""
-        is_word = (texts != 0)[:, :, None]
-        words = self.dropout(self.words(texts))
+        is_word = (texts[:, :, 0] != 0)[:, :, None]
+        words = self.dropout(self.embed_words(texts)) * is_word
         words = words + functional.relu(self.phrases(words.transpose(1, 2))).transpose(1, 2) * is_word
         lengths = is_word.sum((1, 2)).cpu()
         packed = nn.utils.rnn.pack_padded_sequence(words, lengths, batch_first=True, enforce_sorted=False)
         memory: Tensor = nn.utils.rnn.pad_packed_sequence(self.encoder(packed)[0], True, total_length=texts.shape[1])[0]
         return memory
 
-    def _first(self, texts: Tensor, memory: Tensor) -> State:
+    def _first(self, is_filling: Tensor, memory: Tensor) -> State:
         """Return the decoder's state before the first row."""
-        mean = memory.sum(1) / (texts != 0).sum(1, keepdim=True)
+        mean = memory.sum(1) / (~is_filling).sum(1, keepdim=True)
         hidden = torch.tanh(self.start(mean))
-        looks = memory.new_zeros(len(texts), 2 * len(PARTS), texts.shape[1])
+        looks = memory.new_zeros(len(memory), 2 * len(PARTS), memory.shape[1])
         looks[:, :, 0] = 1.0
-        return hidden, torch.zeros_like(hidden), memory.new_zeros(len(texts), len(PARTS) * memory.shape[2]), looks
+        return hidden, torch.zeros_like(hidden), memory.new_zeros(len(memory), len(PARTS) * memory.shape[2]), looks
 
     def _step(self, before: Tensor, state: State, memory: Tensor, is_filling: Tensor) -> tuple[State, Tensor]:
         """Return the state after a row, and the features of each of its parts, (B, parts, decoder + 2 encoder)."""

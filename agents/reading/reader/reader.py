@@ -14,7 +14,7 @@ from arramon_lang.meaning import Meaning
 
 WEIGHTS = Path(__file__).with_name("weights.safetensors")
 
-FORMAT = "reader 1"
+FORMAT = "reader 2"
 
 CACHED = 512
 """Number of texts whose rows are cached."""

@@ -9,7 +9,7 @@ class ReaderRecipe:
 
     Attributes:
         split: split whose instructions are the source of meanings, from which new texts are written.
-        texts: number of new texts; two in five are written once more in a form that people type.
+        texts: number of new texts; four in five are written once more in a form that people type.
         init: weights to begin with: a file, or a folder, such as `agents/reading` in a clone for the shipped ones;
             empty for random ones.
         passes: number of epochs.
@@ -21,7 +21,7 @@ class ReaderRecipe:
     split: str = "train"
     texts: int = 40_000
     init: str = ""
-    passes: int = 4
+    passes: int = 5
     batch: int = 96
     learning_rate: float = 0.004
     seed: int = 0

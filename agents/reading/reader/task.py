@@ -1,8 +1,9 @@
-"""The reader's training task: texts as word ids, meanings as rows of slots, the loss, and scores."""
+"""The reader's training task: texts as codes of words, meanings as rows of slots, the loss, and scores."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from random import Random
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +13,21 @@ from torch.nn import functional
 
 from arramon_agents.reading.reader.network import ReaderNetwork
 from arramon_agents.reading.reader.slots import EMPTY, SLOTS, Row
-from arramon_agents.reading.reader.vocabulary import UNKNOWN
+from arramon_agents.reading.reader.spelling import misspell
+from arramon_agents.reading.reader.vocabulary import CODE_SIZE, UNKNOWN, Vocabulary
 from arramon_agents.training.trainer import Loss
 
 UNKNOWN_SHARE = 0.02
-"""Probability of replacing a word by the unknown word in training."""
+"""Probability of replacing a word by an unknown one without n-grams in training."""
+
+SPELLED_SHARE = 0.12
+"""Probability of leaving only its n-grams of a word in training, so that they alone tell the word."""
+
+HASTY_SHARE, TYPING_ERRORS = 0.3, 0.15
+"""Share of texts with typing errors in training, drawn anew in each epoch, and share of their words that have one."""
+
+MISSPELLINGS = 6
+"""Number of misspellings of a word."""
 
 POOL = 50
 """Number of batches per pool: examples are sorted by length within a pool, to reduce padding."""
@@ -30,29 +41,49 @@ class Examples:
     """Texts with their meanings.
 
     Attributes:
-        texts: word ids, (n, most words) int64, padded with 0.
+        texts: numbers of words, (n, most words) int64, padded with 0.
+        codes: (words, CODE_SIZE) int64, code of each number; all 0 for number 0.
+        misspellings: (words, MISSPELLINGS) int64, numbers of each word's misspellings.
         rows: value ids, (n, most rows, slots) int64, with the end row.
         lengths: (n,) number of rows of each text, with the end row.
         languages: language of each text.
     """
 
     texts: Tensor
+    codes: Tensor
+    misspellings: Tensor
     rows: Tensor
     lengths: Tensor
     languages: tuple[str, ...]
 
     @classmethod
-    def of(cls, texts: Sequence[list[int]], rows: Sequence[list[Row]], languages: Sequence[str]) -> "Examples":
-        """Return examples from word ids, and rows without the end row."""
+    def of(
+        cls,
+        texts: Sequence[Sequence[str]],
+        rows: Sequence[list[Row]],
+        languages: Sequence[str],
+        vocabulary: Vocabulary,
+    ) -> "Examples":
+        """Return examples from texts, split into words (at least one each), and rows without the end row."""
+        numbers = {word: number for number, word in enumerate(dict.fromkeys(w for text in texts for w in text), 1)}
+        misspellings = [[0] * MISSPELLINGS]
+        letters = "".join(sorted({letter for word in numbers for letter in word}))
+        for word in tuple(numbers):
+            random = Random(word)  # noqa: S311 - nothing here is a secret
+            wrong = [misspell(word, letters, random) for _ in range(MISSPELLINGS)]
+            misspellings.append([numbers.setdefault(one, len(numbers) + 1) for one in wrong])
+        codes = [(0,) * CODE_SIZE, *map(vocabulary.code, numbers)]
         most_words, most_rows = max(map(len, texts)), max(map(len, rows)) + 1
-        padded = torch.tensor([text + [0] * (most_words - len(text)) for text in texts])
-        filled = torch.tensor([[*one, *[EMPTY] * (most_rows - len(one))] for one in rows])
-        return cls(padded, filled, torch.tensor([len(one) + 1 for one in rows]), tuple(languages))
+        padded = [[numbers[word] for word in text] + [0] * (most_words - len(text)) for text in texts]
+        filled = [[*one, *[EMPTY] * (most_rows - len(one))] for one in rows]
+        lengths = [len(one) + 1 for one in rows]
+        texts_and_words = torch.tensor(padded), torch.tensor(codes), torch.tensor(misspellings)
+        return cls(*texts_and_words, torch.tensor(filled), torch.tensor(lengths), tuple(languages))
 
     def digest(self) -> str:
         """Return the SHA-256 of texts and rows."""
         digest = hashlib.sha256()
-        for part in (self.texts, self.rows):
+        for part in (self.texts, self.codes, self.misspellings, self.rows):
             digest.update(f"{tuple(part.shape)}".encode() + part.numpy().tobytes())
         return digest.hexdigest()
 
@@ -81,15 +112,25 @@ class ReadingTask:
         )
         texts = texts[:, : int((texts != 0).sum(1).max())]
         rows = rows[:, : int(lengths.max())]
-        hidden = (torch.rand(texts.shape) < UNKNOWN_SHARE) & (texts != 0)
         counted = (torch.arange(rows.shape[1]) < lengths[:, None]).to(self._device)
         rows = rows.to(self._device)
-        logits = self.network(texts.masked_fill(hidden, UNKNOWN).to(self._device), rows)
+        logits = self.network(self._noisy(texts).to(self._device), rows)
         losses = [
             functional.cross_entropy(logits[name][counted], rows[:, :, number][counted])
             for number, name in enumerate(SLOTS)
         ]
         return Loss(torch.stack(losses).sum())
+
+    def _noisy(self, texts: Tensor) -> Tensor:
+        """Return the codes of texts, (B, words) to (B, words, CODE_SIZE), with typing errors and unknown words."""
+        hasty = (torch.rand(len(texts), 1) < HASTY_SHARE) & (torch.rand(texts.shape) < TYPING_ERRORS)
+        which = torch.randint(MISSPELLINGS, texts.shape)
+        wrong = self._examples.misspellings[texts].gather(2, which[:, :, None])[:, :, 0]
+        codes = self._examples.codes[torch.where(hasty, wrong, texts)]
+        is_word, chance = texts != 0, torch.rand(texts.shape)
+        codes[..., 0][(chance < UNKNOWN_SHARE + SPELLED_SHARE) & is_word] = UNKNOWN
+        codes[..., 1:][(chance < UNKNOWN_SHARE) & is_word] = 0
+        return codes
 
     def _chosen(self, step: int) -> Tensor:
         """Return the indices of the examples in a batch; a batch may span two epochs."""
@@ -136,7 +177,7 @@ def score(network: ReaderNetwork, examples: Examples) -> Mapping[str, ReadingSco
     right: dict[str, list[tuple[int, int, bool]]] = {}
     for first in range(0, len(examples.texts), SCORE_BATCH):
         some = slice(first, first + SCORE_BATCH)
-        texts = examples.texts[some]
+        texts = examples.codes[examples.texts[some]]
         found = network.read(texts.to(device)).cpu()
         for row, truth, length, language in zip(
             found, examples.rows[some], examples.lengths[some].tolist(), examples.languages[some], strict=True

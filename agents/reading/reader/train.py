@@ -13,7 +13,7 @@ from arramon_agents.reading.reader.reader import WEIGHTS, read_reader, write_rea
 from arramon_agents.reading.reader.recipe import FineTuningRecipe, ReaderRecipe
 from arramon_agents.reading.reader.slots import rows_of
 from arramon_agents.reading.reader.task import Examples, ReadingTask, score
-from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary
+from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary, split
 from arramon_agents.simulated.meanings import TextSample, draw_samples, read_samples, write_in_all_languages
 from arramon_agents.simulated.people_texts import parse_training_half
 from arramon_agents.training.checkpoint import TrainingInputs, check_recipe
@@ -87,17 +87,17 @@ def _examples(recipe: ReaderRecipe, workspace: Workspace, known: Vocabulary) -> 
 
 
 def examples_of(samples: Sequence[TextSample], vocabulary: Vocabulary) -> Examples:
-    """Encode samples as ids; those with too many rows for the reader are left out."""
+    """Encode samples; those with too many rows for the reader are left out."""
     texts, rows, languages = [], [], []
     for sample in samples:
         try:
             row = rows_of(sample.meaning)
         except ValueError:
             continue
-        texts.append(vocabulary.encode(sample.text))
+        texts.append(split(sample.text) or [""])
         rows.append(row)
         languages.append(sample.language)
-    return Examples.of(texts, rows, languages)
+    return Examples.of(texts, rows, languages, vocabulary)
 
 
 def fine_tune(
@@ -121,7 +121,7 @@ def fine_tune(
     """
     known_network, known = read_reader(find_initial(recipe.init, NAME) if recipe.init else WEIGHTS)
     drawn = list(draw_samples([sample.meaning for sample in samples], languages, len(samples), recipe.seed))
-    vocabulary = known.extended(Vocabulary.of(sample.text for sample in samples))
+    vocabulary = known.extended(Vocabulary.of((sample.text for sample in samples), fewest=2))
     examples = examples_of([*samples, *drawn], vocabulary)
     report(f"{TUNING}: {len(samples)} texts of people, {len(vocabulary) - len(known)} new words")
     network = extend_vocabulary(known_network, known, vocabulary)

@@ -1,8 +1,11 @@
 """Conversion of meanings to rows of slots and back."""
 
+from random import Random
+
 import pytest
 
 from arramon_agents.reading.reader.slots import SLOTS, TYPES, meaning_of, rows_of
+from arramon_agents.reading.reader.spelling import MAX_NGRAMS, hash_ngrams, misspell
 from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary, split
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
 
@@ -67,8 +70,24 @@ def test_texts_are_split_into_words(text: str, words: list[str]) -> None:
 
 
 def test_a_vocabulary_numbers_frequent_words() -> None:
-    vocabulary = Vocabulary.of(["b a a", "a b c"])
+    vocabulary = Vocabulary.of(["b a a", "a b c"], fewest=2)
     assert vocabulary.words == ("a", "b")
-    assert vocabulary.encode("a c b") == [UNKNOWN + 1, UNKNOWN, UNKNOWN + 2]
-    assert vocabulary.encode("") == [UNKNOWN]
+    assert [code[0] for code in vocabulary.encode("a c b")] == [UNKNOWN + 1, UNKNOWN, UNKNOWN + 2]
+    assert vocabulary.encode("") == [(UNKNOWN, *[0] * MAX_NGRAMS)]
     assert len(vocabulary) == 4
+
+
+def test_words_that_are_spelt_alike_share_ngrams() -> None:
+    right, swapped, other = ({*hash_ngrams(word)} - {0} for word in ("kiosk", "kisok", "bench"))
+    assert len(right) == 4 + 6 + 5, "its letters, with one k, and its n-grams of two and three"
+    assert len(right & swapped) > 2 * len(right & other)
+    assert len(hash_ngrams("intersection" * 9)) == MAX_NGRAMS
+
+
+def test_a_misspelling_is_one_error_away() -> None:
+    random = Random(3)
+    typed = {misspell("turn", "x", random) for _ in range(200)}
+    swapped, left_out = ["utrn", "trun", "tunr"], ["urn", "trn", "tun"]
+    doubled, replaced = ["tturn", "tuurn", "turrn"], ["txrn", "tuxn", "turx"]
+    assert typed == {*swapped, *left_out, *doubled, *replaced}
+    assert misspell("in", "x", random) == "in"

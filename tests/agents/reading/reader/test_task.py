@@ -8,8 +8,16 @@ import torch
 from arramon_agents.reading.reader.network import ReaderNetwork, ReaderSizes
 from arramon_agents.reading.reader.reader import load, write_reader
 from arramon_agents.reading.reader.slots import rows_of
-from arramon_agents.reading.reader.task import Examples, ReadingTask, score
-from arramon_agents.reading.reader.vocabulary import Vocabulary
+from arramon_agents.reading.reader.task import (
+    HASTY_SHARE,
+    SPELLED_SHARE,
+    TYPING_ERRORS,
+    UNKNOWN_SHARE,
+    Examples,
+    ReadingTask,
+    score,
+)
+from arramon_agents.reading.reader.vocabulary import UNKNOWN, Vocabulary, split
 from arramon_agents.training.schedule import warm_up_cosine
 from arramon_agents.training.trainer import Trainer, TrainerSettings
 from arramon_agents.weights import BadWeights
@@ -27,9 +35,10 @@ TEXTS: list[tuple[str, str, Meaning]] = [
 
 def examples(vocabulary: Vocabulary) -> Examples:
     return Examples.of(
-        [vocabulary.encode(text) for _, text, _ in TEXTS],
+        [split(text) for _, text, _ in TEXTS],
         [rows_of(meaning) for _, _, meaning in TEXTS],
         [language for language, _, _ in TEXTS],
+        vocabulary,
     )
 
 
@@ -40,7 +49,7 @@ def test_texts_are_learned_in_both_languages_and_read_from_a_file(tmp_path: Path
     network = ReaderNetwork(ReaderSizes(len(vocabulary), 16, 16, 32, dropout=0.0))
     before = score(network, given)
     assert before["en"].texts == before["hi"].texts == 0.0
-    settings = TrainerSettings("reader", steps=120, rate=warm_up_cosine(0.02, 120), seed=0)
+    settings = TrainerSettings("reader", steps=200, rate=warm_up_cosine(0.01, 200), seed=0)
     Trainer(ReadingTask(network, given, batch=4, seed=0), settings).run()
     after = score(network, given)
     assert {language: (one.rows, one.texts, one.count) for language, one in after.items()} == {
@@ -56,3 +65,20 @@ def test_texts_are_learned_in_both_languages_and_read_from_a_file(tmp_path: Path
 def test_a_missing_reader_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadWeights, match="there are no weights of the learned reader"):
         load(tmp_path / "none.safetensors")
+
+
+def test_texts_are_learned_with_typing_errors_and_unknown_words_in_them() -> None:
+    torch.manual_seed(2)
+    vocabulary = Vocabulary.of([text for _, text, _ in TEXTS], fewest=1)
+    given = examples(vocabulary)
+    task = ReadingTask(ReaderNetwork(ReaderSizes(len(vocabulary), 8, 8, 16)), given, batch=4, seed=0)
+    texts = given.texts.repeat(500, 1)
+    noisy, right, is_word = task._noisy(texts), given.codes[texts], texts != 0
+    assert not noisy[~is_word].any()
+    has_letters = noisy[..., 1:].any(2)[is_word]
+    same_letters = (noisy[..., 1:] == right[..., 1:]).all(2)[is_word]
+    known = noisy[..., 0][is_word] != UNKNOWN
+    assert (noisy[..., 0] == right[..., 0])[is_word][known].all()
+    assert float((~has_letters).float().mean()) == pytest.approx(UNKNOWN_SHARE, abs=0.01)
+    assert float((has_letters & ~same_letters).float().mean()) == pytest.approx(HASTY_SHARE * TYPING_ERRORS, abs=0.02)
+    assert float((~known & same_letters).float().mean()) == pytest.approx(SPELLED_SHARE, abs=0.02)
