@@ -4,10 +4,13 @@ import argparse
 import json
 import math
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 
+from arramon_client import Agent, load_agent
+from arramon_client.errors import AgentLoadError
 from arramon_dataset.release.importer import import_release
 from arramon_server.episodes.splits import Split, read_splits
 
@@ -25,6 +28,18 @@ class OpenGround:
 def parser_of(doc: str | None) -> argparse.ArgumentParser:
     """Return the argument parser of a benchmark; its help is the module's docstring."""
     return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def named_agent(name: str, arguments: Mapping[str, object] = MappingProxyType({})) -> Agent:
+    """Return the agent that a command-line option names.
+
+    Raises:
+        SystemExit: if it cannot be loaded; the message says why.
+    """
+    try:
+        return load_agent(name, arguments)
+    except AgentLoadError as error:
+        raise SystemExit(str(error)) from error
 
 
 def add_data(parser: argparse.ArgumentParser) -> None:

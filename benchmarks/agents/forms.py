@@ -16,14 +16,12 @@ from pathlib import Path
 import numpy as np
 
 from arramon_agents.training.rollouts import RolloutPlan, play_turns
-from arramon_client import load_agent
 from arramon_dataset.forms.forms import FORMS
 from arramon_dataset.forms.splits import PREFIX, form_split_name
 from arramon_server.episodes.splits import Split, read_split, split_folder
-from arramon_server.errors import NotFound
 from arramon_server.scoring.intervals import Floats
 from arramon_server.scoring.paired import difference_bounds
-from benchmarks.common import add_json, parser_of, positive_int, text_table, write_json
+from benchmarks.common import add_json, named_agent, parser_of, positive_int, text_table, write_json
 
 METRIC = "CTC-3"
 
@@ -35,7 +33,7 @@ Scores = Mapping[str, Floats]
 
 def played(data: Path, agent: str, split: str, language: str, ids: Sequence[str]) -> Scores:
     """Return an agent's scores on episodes of a split in one language, in the order of their ids."""
-    turns = play_turns(load_agent(agent), RolloutPlan(data, split, (language,), 0, chosen=tuple(ids)))
+    turns = play_turns(named_agent(agent), RolloutPlan(data, split, (language,), 0, chosen=tuple(ids)))
     return {
         metric: np.array([[turns[name][turn][metric] for turn in ("turn 1", "turn 2")] for name in ids])
         for metric in (METRIC, *OTHER_METRICS)
@@ -63,7 +61,10 @@ def main() -> None:
     split = _split(arguments, arguments.split)
     rows: list[list[str]] = []
     results: dict[str, dict[str, float]] = {}
-    for agent in arguments.agents.split(","):
+    agents = arguments.agents.split(",")
+    for agent in agents:
+        named_agent(agent)  # A wrong name is reported before anything is played.
+    for agent in agents:
         first: dict[str, Scores] = {}
         for form in arguments.forms.split(",") if arguments.forms else FORMS:
             name = form_split_name(split.name, form)
@@ -99,7 +100,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def _split(arguments: argparse.Namespace, name: str) -> Split:
     folder = split_folder(arguments.data, name)
     if not folder.is_dir():
-        raise NotFound(f"there is no split {name!r} in {arguments.data}")
+        raise SystemExit(f"there is no split {name!r} in {arguments.data}")
     return read_split(folder)
 
 

@@ -27,7 +27,6 @@ import numpy.typing as npt
 from PIL import Image
 
 from arramon_agents.training.rollouts import PARALLEL, RolloutPlan, play
-from arramon_client import load_agent
 from arramon_client.agent import Action, Agent, Observation, actions_of, end_episode
 from arramon_client.agent import Episode as Begun
 from arramon_client.plugin.arguments import parse_arguments, parse_value
@@ -41,7 +40,7 @@ from arramon_server.sim.geometry import Pose
 from arramon_server.sim.own_furniture import furnished
 from arramon_server.sim.rules import reachable
 from arramon_server.sim.section import Section
-from benchmarks.common import parser_of
+from benchmarks.common import named_agent, parser_of
 
 SCALE, MARGIN = 14.0, 8.0
 """Pixels per unit, and margin around the paths, in units."""
@@ -237,7 +236,7 @@ def read_or_play(given: argparse.Namespace, split: Split) -> dict[tuple[str, int
     wanted = [each.episode_id for each in split.in_playing_order(given.lang)][: given.episodes or None]
     done = {name for name, _ in paths}
     left = [name for name in wanted if name not in done]
-    agent = RecordingAgent(load_agent(given.agent, arguments)) if left else None
+    agent = RecordingAgent(named_agent(given.agent, arguments)) if left else None
     for first in range(0, len(left), PARALLEL):
         assert agent is not None
         chosen = tuple(left[first : first + PARALLEL])
