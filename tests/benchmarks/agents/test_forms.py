@@ -7,9 +7,20 @@ import pytest
 
 from arramon_dataset.forms.splits import write_form
 from arramon_dataset.paraphrases.collection import generated_episodes, paraphrased_section
-from arramon_server.episodes.splits import write_split
+from arramon_server.episodes.splits import Split, write_split
 from benchmarks.agents.forms import compared, main
 from tests.benchmarks.command import printed
+
+
+def _write_two_episodes(folder: Path) -> Split:
+    return write_split(
+        folder,
+        "val_unseen",
+        hidden=False,
+        source="generated, scale 0.01, seed 1",
+        episodes=generated_episodes()[:2],
+        sections=[paraphrased_section()],
+    )
 
 
 def test_drop_and_consistency() -> None:
@@ -22,14 +33,7 @@ def test_drop_and_consistency() -> None:
 
 
 def test_the_follower_plays_a_form(tmp_path: Path) -> None:
-    split = write_split(
-        tmp_path,
-        "val_unseen",
-        hidden=False,
-        source="generated, scale 0.01, seed 1",
-        episodes=generated_episodes()[:2],
-        sections=[paraphrased_section()],
-    )
+    split = _write_two_episodes(tmp_path)
     write_form(tmp_path, split, "romanised")
     lines = printed("benchmarks.agents.forms", "--data", tmp_path, "--episodes", 1)
     assert [line.split()[1:3] for line in lines[1:]] == [["hi", "first"], ["hi", "romanised"]]
@@ -45,14 +49,7 @@ def test_the_follower_plays_a_form(tmp_path: Path) -> None:
 def test_a_wrong_name_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
 ) -> None:
-    write_split(
-        tmp_path,
-        "val_unseen",
-        hidden=False,
-        source="generated, scale 0.01, seed 1",
-        episodes=generated_episodes()[:2],
-        sections=[paraphrased_section()],
-    )
+    _write_two_episodes(tmp_path)
     monkeypatch.setattr("sys.argv", ["forms", "--data", str(tmp_path), *options])
     with pytest.raises(SystemExit, match=message):
         main()
