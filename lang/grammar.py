@@ -66,6 +66,9 @@ Features = Mapping[str, str]
 Options = tuple[list[Sequence], list[float]]
 """Alternative sequences, and their cumulative weights."""
 
+Patterns = tuple[Pattern, ...]
+"""Wordings to choose from."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lexeme:
@@ -103,6 +106,11 @@ class Table:
 
     attribute: str
     values: Mapping[str, tuple[Pattern, ...]]
+
+    def wordings_in(self, content: Mapping[str, object]) -> tuple[Pattern, ...]:
+        """Return the wordings for the value that the content has for the attribute; none if it has none."""
+        value = content.get(self.attribute)
+        return self.values.get(value, ()) if isinstance(value, str) else ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,7 +180,7 @@ class Grammar:
         self._introduced: dict[int, tuple[Sequence, frozenset[str]]] = {}
         self._slots_of: dict[int, tuple[Sequence, tuple[frozenset[str], frozenset[str]]]] = {}
         self._options: dict[tuple[int, frozenset[str]], tuple[Alternatives, Options]] = {}
-        self._expressed: dict[tuple[int, frozenset[str], frozenset[str]], tuple[Sequence, bool]] = {}
+        self._fitting: dict[tuple[int, frozenset[str], frozenset[str]], tuple[Patterns, Patterns]] = {}
         self._worded: dict[tuple[int, tuple[tuple[str, str], ...]], tuple[Sequence, bool]] = {}
         self.tables = {
             slot: Table(table["of"], self._tabled(f"tables.{slot}", table["values"]))
@@ -284,18 +292,19 @@ class Grammar:
         fullest = [(option, weight) for option, weight in allowed if len(self.slots_of(option)[1] & content) == most]
         return [option for option, _ in fullest], list(accumulate(weight for _, weight in fullest))
 
-    def expresses(self, pattern: Pattern, content: frozenset[str], filled: frozenset[str]) -> bool:
-        """Return whether one of the grammar's patterns expresses exactly the content with the tables that are filled.
+    def fitting(self, patterns: Patterns, content: frozenset[str], filled: frozenset[str]) -> Patterns:
+        """Return those of a tuple of the grammar's patterns that are written and express exactly the content.
 
         Args:
-            pattern: the pattern.
+            patterns: the tuple itself, not a copy: results are remembered by its identity.
             content: names of slots, and of attributes with wordings in tables.
             filled: slots of tables that have a wording for the content.
         """
-        key = id(pattern.body), content, filled
-        known = self._expressed.get(key)
+        key = id(patterns), content, filled
+        known = self._fitting.get(key)
         if known is None:
-            known = self._expressed[key] = pattern.body, self._expresses(pattern, content, filled)
+            fitting = tuple(p for p in patterns if p.weight and self._expresses(p, content, filled))
+            known = self._fitting[key] = patterns, fitting
         return known[1]
 
     def _expresses(self, pattern: Pattern, content: frozenset[str], filled: frozenset[str]) -> bool:

@@ -6,7 +6,7 @@ from random import Random
 from typing import Protocol, TypeVar
 
 from arramon_lang.clauses import Value, focus_after, thing_slots
-from arramon_lang.grammar import INSIDE, Grammar, Lexeme, LookWording
+from arramon_lang.grammar import INSIDE, Grammar, Lexeme, LookWording, Patterns
 from arramon_lang.meaning import Thing, Where
 from arramon_lang.patterns import Alternatives, Pattern, Sequence
 from arramon_lang.writing.voice import Voice, draw_voice
@@ -100,19 +100,15 @@ class Phraser:
         self._used.add((about, chosen))
         return chosen
 
-    def fitting(
-        self, patterns: Iterable[Pattern], content: Iterable[str], fillers: Mapping[str, Filler] | None = None
-    ) -> list[Pattern]:
+    def fitting(self, patterns: Patterns, content: Iterable[str], filled: Iterable[str] = frozenset()) -> Patterns:
         """Return the writable patterns that express exactly the given content.
 
         Args:
-            patterns: candidates.
+            patterns: candidates, one of the grammar's tuples.
             content: names of slots, and of attributes with wordings in tables.
-            fillers: available fillers; required if the patterns contain tables' slots.
+            filled: available fillers; required if the patterns contain tables' slots.
         """
-        filled = self.grammar.tables.keys() & (fillers or {}).keys()
-        expresses, key = self.grammar.expresses, (frozenset(content), frozenset(filled))
-        return [pattern for pattern in patterns if pattern.weight and expresses(pattern, *key)]
+        return self.grammar.fitting(patterns, frozenset(content), frozenset(self.grammar.tables.keys() & filled))
 
     def render(self, pattern: Pattern, fillers: Mapping[str, Filler], features: Mapping[str, str]) -> str:
         """Return the text of a pattern, with alternatives drawn at random and words inflected as required."""
@@ -151,14 +147,17 @@ class Phraser:
 
     def table_fillers(self, content: Mapping[str, Value]) -> dict[str, Filler]:
         """Return a filler for each table's slot, if the table has a wording for the given value."""
-        fillers: dict[str, Filler] = {}
+        tables = self.grammar.tables
+        return {
+            slot: self._wording(self.pick(tables[slot].wordings_in(content), slot), self.features)
+            for slot in self.filled_tables(content)
+        }
+
+    def filled_tables(self, content: Mapping[str, Value]) -> list[str]:
+        """Return the slots of the tables that have a wording for the given values."""
         if not any(isinstance(value, str) for value in content.values()):
-            return fillers
-        for slot, table in self.grammar.tables.items():
-            value = content.get(table.attribute)
-            if isinstance(value, str) and value in table.values:
-                fillers[slot] = self._wording(self.pick(table.values[value], f"{slot} {value}"), self.features)
-        return fillers
+            return []
+        return [slot for slot, table in self.grammar.tables.items() if table.wordings_in(content)]
 
     def _wording(self, pattern: Pattern, own: Mapping[str, str]) -> Filler:
         return lambda features: self.render(pattern, {}, {**own, **features})
@@ -198,7 +197,7 @@ class Phraser:
                 fillers[slot] = self.thing(thing, noun, self.grammar.nested, top=False)
         return fillers
 
-    def thing(self, thing: Thing, noun: Lexeme, attached: Iterable[Pattern], *, top: bool) -> Filler:
+    def thing(self, thing: Thing, noun: Lexeme, attached: Patterns, *, top: bool) -> Filler:
         """Return a filler for a thing: its noun phrase, to which one of the `attached` patterns adds its relations."""
         given, phrases = dict(noun.given), self.grammar.noun_phrases_of(thing.kind)
         if thing.which == "another":
@@ -228,7 +227,7 @@ class Phraser:
         phrases = (grammar.pair_phrases_of if slot == "pair" else grammar.several_phrases_of)(thing.kind)
         return lambda features: self._described(thing, noun, {**self.features, **features, **given}, phrases)
 
-    def without_new(self, patterns: Iterable[Pattern], content: Mapping[str, Value]) -> list[Pattern]:
+    def without_new(self, patterns: Patterns, content: Mapping[str, Value]) -> Patterns:
         """Return the patterns that introduce nothing as new ("a bench") that has been mentioned or has an ordinal."""
         known = {
             slot
@@ -243,7 +242,7 @@ class Phraser:
             )
         }
         introduced = self.grammar.introduced_slots
-        return [pattern for pattern in patterns if known.isdisjoint(introduced(pattern))]
+        return tuple(p for p in patterns if known.isdisjoint(introduced(p))) if known else patterns
 
     def _is_mentioned(self, thing: Thing) -> bool:
         return any(map(thing.is_same, self.mentioned_things))
@@ -268,7 +267,7 @@ class Phraser:
             )
         return True
 
-    def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Iterable[Pattern]) -> str:
+    def _described(self, thing: Thing, noun: Lexeme, own: Mapping[str, str], patterns: Patterns) -> str:
         grammar = self.grammar
         form = noun.form(own)
         if form is None:
@@ -383,7 +382,7 @@ class Phraser:
             content["exactly"] = "yes"
         kind = where.things[0].kind
         tables = self.table_fillers(content)
-        patterns: list[Pattern] = []
+        patterns: Patterns = ()
         if content.keys() & {"pair", "several"} and where.relation != "between":
             patterns = self.fitting(listed.get(f"{where.relation} group", ()), content, tables)
         elif kind == "you" and "thing" in content:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from random import Random
 
 from arramon_lang.clauses import Clause, clause_of, focus_after
-from arramon_lang.grammar import SLOTS, Grammar
+from arramon_lang.grammar import SLOTS, Grammar, Patterns
 from arramon_lang.meaning import PLACES, Assembly, Meaning, Navigation, Thing
 from arramon_lang.patterns import Pattern, Slot, possible_slots, required_slots
 from arramon_lang.tokens import PAUSES, SENTENCE_ENDS, strip_marks
@@ -276,8 +276,9 @@ class _Draft(Phraser):
         if wheres:
             content["where"] = lambda _: self.wheres(wheres, top=True)
         patterns = self.fitting(self.grammar.assembly["place" if named else "place it"], content)
-        patterns = [pattern for pattern in patterns if not (joined and pattern.main_only)]
-        return self.render(self.pick(patterns, "where to place"), content, {**self.features, **given})
+        return self.render(
+            self.pick(_usable(patterns, subordinate=joined), "where to place"), content, {**self.features, **given}
+        )
 
     def _join_assembly(self, parts: list[str]) -> str:
         if len(parts) > len(_LABELS):
@@ -380,41 +381,38 @@ class _Draft(Phraser):
         opening = self.pick(self.grammar.joins[place], place)
         return self.render(opening, {"a": constant(body)}, self.features)
 
-    def _patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
+    def _patterns(self, clause: Clause, *, subordinate: bool) -> Patterns:
         """Return the patterns of a clause whose words agree with its first thing."""
         patterns = self._all_patterns(clause, subordinate=subordinate)
         noun = next(iter(self.nouns(clause.slots).values()), None)
-        return patterns if noun is None else [p for p in patterns if self.grammar.has_words_for(noun, p)]
+        return patterns if noun is None else tuple(p for p in patterns if self.grammar.has_words_for(noun, p))
 
-    def _all_patterns(self, clause: Clause, *, subordinate: bool) -> list[Pattern]:
+    def _all_patterns(self, clause: Clause, *, subordinate: bool) -> Patterns:
         """Return the patterns of a clause: with a pronoun for the thing in focus, or else all others."""
         listed, content = self.grammar.steps, clause.slots.keys()
-        tables = self.table_fillers(clause.slots)
-        plural = content & {"pair", "several"}
-        if plural and clause.key != "walk between":
-            patterns = self.fitting(listed.get(f"{clause.key} group", ()), content, tables)
-            return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
-        far = listed.get(f"{clause.key} far", ()) if clause.far else ()
-        patterns = self.fitting((*listed.get(clause.key, ()), *far), content, tables)
-        patterns = self.without_new(patterns, clause.slots)
+        tables = self.filled_tables(clause.slots)
+        if content & {"pair", "several"} and clause.key != "walk between":
+            return _usable(
+                self.fitting(listed.get(f"{clause.key} group", ()), content, tables), subordinate=subordinate
+            )
         thing = clause.slots.get("thing")
-        short: list[Pattern] = []
         if isinstance(thing, Thing) and thing.is_same(self.focus):
             is_faced = not self.is_at_thing if clause.key == "turn at" else self.last_key in ONLY_FACED
             key = f"{clause.key} faced"
             key = key if is_faced and key in listed else f"{clause.key} same"
-            short = self.fitting(listed.get(key, ()), content - {"thing"}, tables)
-            short = [pattern for pattern in short if not (subordinate and pattern.main_only)]
-        if short:  # People never name a thing again in the next clause.
-            return short
+            short = _usable(self.fitting(listed.get(key, ()), content - {"thing"}, tables), subordinate=subordinate)
+            if short:  # People never name a thing again in the next clause.
+                return short
+        patterns = self.fitting(listed.get(clause.key, ()), content, tables)
+        if clause.far:
+            patterns += self.fitting(listed.get(f"{clause.key} far", ()), content, tables)
         if isinstance(thing, Thing) and "other" not in clause.slots:
             own_key = f"{clause.key} {thing.kind}"
             special = self.without_new(self.fitting(listed.get(own_key, ()), content, tables), clause.slots)
             if special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
-                patterns = special
-            else:
-                patterns += 2 * special
-        return [pattern for pattern in patterns if not (subordinate and pattern.main_only)]
+                return _usable(special, subordinate=subordinate)
+            patterns += 2 * special
+        return _usable(self.without_new(patterns, clause.slots), subordinate=subordinate)
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
         """Return a clause's text; unmarked and at the front of a sentence, it may use any pattern."""
@@ -475,6 +473,11 @@ class _Draft(Phraser):
         if not self.voice.has_capitals:
             return text
         return re.sub(rf"(^|[{SENTENCE_ENDS}] )(\S)", lambda match: match[1] + match[2].upper(), text)
+
+
+def _usable(patterns: Patterns, *, subordinate: bool) -> Patterns:
+    """Return the patterns without those that are main clauses only, if a subordinate clause is needed."""
+    return tuple(pattern for pattern in patterns if not pattern.main_only) if subordinate else patterns
 
 
 def _is_walk(clause: Clause) -> bool:
