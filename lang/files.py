@@ -100,10 +100,21 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("grammar", "text"): frozenset(
         (
             *("per_episode", "sentence_end", "spelling", "reading", "free_reading", "folding", "openers", "owners"),
-            *("asides", "clumsy", "straight", "first_mention", "ends", "small_letters", "evenness", "favourites"),
+            *(
+                "asides",
+                "clumsy",
+                "straight",
+                "first_mention",
+                "ends",
+                "small_letters",
+                "articles",
+                "evenness",
+                "favourites",
+            ),
         )
     ),
     ("grammar", "text", "owners"): frozenset(("of", "own")),
+    ("grammar", "text", "articles"): frozenset(("words", "left_out")),
     ("things", "nouns"): KINDS,
     ("things", "also_read"): KINDS,
     ("things", "whiches"): frozenset(WHICHES),

@@ -173,6 +173,9 @@ class Grammar:
         self.ends: dict[str, float] = text.get("ends", {self.sentence_end: 1.0})
         self.evenness: float = text.get("evenness", 1.0)
         self.small_letters: float = text.get("small_letters", 0.0)
+        articles = text.get("articles", {"words": [], "left_out": 0.0})
+        self.articles: frozenset[str] = frozenset(articles["words"])
+        self.articles_left_out: float = articles["left_out"]
         self.favourites: list[list[str]] = text.get("favourites", [])
         self._classes = grammar.get("classes", {})
         self.words = {name: self._lexemes(f"words.{name}", entry) for name, entry in grammar["words"].items()}

@@ -83,13 +83,15 @@ class Automaton:
 
     Args:
         split: splits a text into comparison keys.
+        optional: words of patterns that texts may omit, besides punctuation.
 
     Attributes:
         vocabulary: all words of the patterns.
     """
 
-    def __init__(self, split: SplitWords) -> None:
+    def __init__(self, split: SplitWords, optional: frozenset[str] = frozenset()) -> None:
         self._split = split
+        self._optional = OPTIONAL | optional
         self._start = Node()
         self.vocabulary: set[str] = set()
 
@@ -107,9 +109,9 @@ class Automaton:
             if isinstance(part, str):
                 for word in reversed(self._split(part)):
                     before = Node(words={word: [after]})
-                    if word in OPTIONAL:
+                    if word in self._optional:
                         before.join(after)
-                    else:
+                    if word not in OPTIONAL:
                         self.vocabulary.add(word)
                     after = before
             elif isinstance(part, Alternatives):
@@ -154,6 +156,12 @@ class Automaton:
                         for end, value in read(slot, at):
                             filled = bound if value is None else (*bound, (slot, value))
                             pending.append((node.after_slot(slot), end, filled))
+
+
+def with_and_without(keys: Keys, optional: frozenset[str]) -> list[Keys]:
+    """Return a phrase and, if it differs and is not empty, the phrase without the optional words."""
+    without = tuple(key for key in keys if key not in optional)
+    return [keys, without] if without and without != keys else [keys]
 
 
 class Phrasebook:

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from arramon_lang.grammar import INSIDE, Grammar
-from arramon_lang.reading.matching import Phrasebook, SplitWords
+from arramon_lang.grammar import INSIDE, Grammar, Lexeme
+from arramon_lang.reading.matching import Keys, Phrasebook, SplitWords, with_and_without
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,20 +101,7 @@ class NamingWords:
         )
 
     def _add_nouns(self, lexicon: Mapping[str, Any]) -> None:
-        plural = frozenset(self._grammar.pair_marks)
-        written: dict[str, set[tuple[str, ...]]] = {}
-        for kind, lexemes in self._grammar.nouns.items():
-            listed: set[tuple[str, ...]] = set()
-            singular = {text for each in lexemes for marks, text in each.forms if not marks & plural}
-            arms = {form: lexeme.arms for lexeme in lexemes for _, form in lexeme.forms}
-            for form in arms:
-                number = "" if form in singular else PLURAL
-                self.book.add(self._split(form.replace(INSIDE, "")), WordSense("noun", kind, number, arms=arms[form]))
-                if INSIDE in form:
-                    head, tail = map(self._split, form.split(INSIDE))
-                    self.divided.add(head, (*head, *tail))
-                listed.add(self._split(form.replace(INSIDE, "")))
-            written[kind] = listed
+        written = {kind: self._add_written_nouns(kind, nouns) for kind, nouns in self._grammar.nouns.items()}
         for also in (self._grammar.also_nouns, lexicon["kinds"], {"": lexicon["stand_ins"]}):
             for kind, phrases in also.items():
                 for phrase in phrases:
@@ -126,6 +113,22 @@ class NamingWords:
                     self.book.add(self._split(phrase), WordSense("noun", kind, look=look))
         for phrase in self.patterned:
             self.book.add(phrase, WordSense("noun", PATTERNED))
+
+    def _add_written_nouns(self, kind: str, lexemes: Sequence[Lexeme]) -> set[Keys]:
+        """Add a kind's nouns, and return their forms."""
+        plural = frozenset(self._grammar.pair_marks)
+        singular = {text for each in lexemes for marks, text in each.forms if not marks & plural}
+        arms = {form: lexeme.arms for lexeme in lexemes for _, form in lexeme.forms}
+        written: set[Keys] = set()
+        for form in filter(None, arms):  # Elided ones are empty.
+            number = "" if form in singular else PLURAL
+            for keys in with_and_without(self._split(form.replace(INSIDE, "")), self._grammar.articles):
+                self.book.add(keys, WordSense("noun", kind, number, arms=arms[form]))
+                written.add(keys)
+            if INSIDE in form:
+                head, tail = map(self._split, form.split(INSIDE))
+                self.divided.add(head, (*head, *tail))
+        return written
 
     def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:
         grammar = self._grammar

@@ -15,7 +15,7 @@ from arramon_lang.reading.chunks.parsers import parser_for
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import Discourse
 from arramon_lang.reading.itinerary import read_navigation
-from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook
+from arramon_lang.reading.matching import OPTIONAL, Automaton, PatternLabel, Phrasebook, with_and_without
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.outline import OutlineEntry, entries_of
 from arramon_lang.reading.relation_patterns import relation_automaton
@@ -263,15 +263,17 @@ class InstructionParser:
         books = {name: Phrasebook() for name in (*self._grammar.words, *self._grammar.tables)}
         for name, forms in self._grammar.word_forms().items():
             for form in filter(None, forms):
-                books[name].add(self.split(form), None)
+                for keys in with_and_without(self.split(form), self._grammar.articles):
+                    books[name].add(keys, None)
         for slot, table in self._grammar.tables.items():
             for value, patterns in table.values.items():
                 for text in sorted({text for pattern in patterns for text in self._grammar.spellings(pattern)}):
-                    books[slot].add(self.split(text), value)
+                    for keys in with_and_without(self.split(text), self._grammar.articles):
+                        books[slot].add(keys, value)
         return books
 
     def _automaton(self, listed: _Listed, only_read: _Listed) -> Automaton:
-        automaton = Automaton(self.split)
+        automaton = Automaton(self.split, self._grammar.articles)
         for key, patterns in listed.items():
             automaton.add(key, patterns)
         for key, patterns in only_read.items():

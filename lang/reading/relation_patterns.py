@@ -17,7 +17,7 @@ def relation_automaton(grammar: Grammar, relations: Mapping[str, Any], split: Sp
         relations: content of its `relations.toml`.
         split: splits a text into comparison keys.
     """
-    automaton, also = Automaton(split), grammar.also_read
+    automaton, also = Automaton(split, grammar.articles), grammar.also_read
     for key, patterns in grammar.where.items():
         automaton.add(key, patterns)
     known = {key.partition(" ")[0] for key in grammar.where}

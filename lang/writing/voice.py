@@ -67,6 +67,7 @@ class Voice:
         manner: how much this speaker says.
         end: mark at the end of a text; "" for speakers who type none.
         has_capitals: whether sentences begin with a capital, in scripts that have them.
+        has_articles: whether articles are written, in languages that say which words these are.
         favourites: the form most often written of each word of `text.favourites` in `grammar.toml`.
     """
 
@@ -80,6 +81,7 @@ class Voice:
     manner: Manner
     end: str
     has_capitals: bool
+    has_articles: bool
     favourites: Mapping[str, Lexeme]
 
 
@@ -112,6 +114,7 @@ def draw_voice(grammar: Grammar, random: Random, manner: Manner | None = None) -
         manner or draw_manner(random),
         random.choices(list(grammar.ends), list(grammar.ends.values()))[0],
         random.random() >= grammar.small_letters,
+        random.random() >= grammar.articles_left_out,
         {
             name: word
             for group, at in ((group, random.random()) for group in grammar.favourites)

@@ -137,9 +137,9 @@ class Writer:
             known = draft.clumsy_before if draft.redraws and isinstance(meaning, Navigation) else None
             faults = self._count_faults(written, max(fewest, 1), known)
             if faults == 0:
-                drafts.append(written)
+                drafts.append(draft.typed(written))
             if faults < fewest:
-                text, fewest = written, faults
+                text, fewest = draft.typed(written), faults
             if len(drafts) == wanted:
                 break
         if not text:
@@ -470,6 +470,16 @@ class _Draft(Phraser):
         text = re.sub(rf"\s+([{PUNCTUATION}])", r"\1", " ".join(text.split()))
         for pattern, replacement in self.grammar.spelling:
             text = pattern.sub(replacement, text)
+        return self._capitalised(text)
+
+    def typed(self, text: str) -> str:
+        """Return a final text as the voice types it: without articles, as in a note, if it leaves these out."""
+        if self.voice.has_articles:
+            return text
+        words = (word for word in text.split() if word.casefold() not in self.grammar.articles)
+        return self._capitalised(" ".join(words))
+
+    def _capitalised(self, text: str) -> str:
         if not self.voice.has_capitals:
             return text
         return re.sub(rf"(^|[{SENTENCE_ENDS}] )(\S)", lambda match: match[1] + match[2].upper(), text)

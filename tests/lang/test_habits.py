@@ -9,7 +9,7 @@ import pytest
 from arramon_lang import load
 from arramon_lang.files import read_file
 from arramon_lang.language import ROOT
-from arramon_lang.meaning import Face, Navigation, Rotate, Step, Thing, Walk, Where
+from arramon_lang.meaning import Assembly, Face, Navigation, Rotate, Step, Thing, Walk, Where
 from arramon_lang.writing.preferences import Preferences, reduced
 from arramon_lang.writing.voice import MANNERS, Voice, draw_voice
 from arramon_lang.writing.writer import Writer
@@ -64,6 +64,32 @@ def test_a_voice_keeps_its_punctuation_and_case() -> None:
         text = ENGLISH.write(Navigation((Rotate("left"), Walk("to", (CONE,))), MUG), Random(seed), voice)
         assert text[-1] not in ".,;"
         assert text == text.lower()
+
+
+def test_a_voice_without_articles_is_read_like_others() -> None:
+    target = Thing("mug", "red", "striped", where=(Where("left_of", (BENCH,)),))
+    end = Thing("street_end", identity="street_end")
+    placed = Thing("mug", "blue", "dotted", where=(Where("right_of", (Thing("ball"),)),))
+    voice = _voice(has_articles=False)
+    for meaning, phase in (
+        (
+            Navigation((Rotate("right"), Walk("to", (end,)), Rotate("left"), Walk("past", (CONE,))), target),
+            "navigation",
+        ),
+        (Assembly(("left",), MUG, (Where("on_top_of", (placed,)),)), "assembly"),
+    ):
+        texts = [ENGLISH.write(meaning, Random(seed), voice) for seed in range(40)]
+        assert not [text for text in texts if re.search(r"\bthe\b", text, re.IGNORECASE)]
+        assert not [text for text in texts if voice.has_capitals and text[0].islower()]
+        assert not [text for text in texts if ENGLISH.read(text, phase) != meaning]
+
+
+def test_two_walls_share_their_noun() -> None:
+    walls = tuple(Where("against", (Thing("wall", look=look),)) for look in ("brick", "wood"))
+    meaning = Assembly((), MUG, walls)
+    texts = [ENGLISH.write(meaning, Random(seed)) for seed in range(60)]
+    assert any(re.search(r"the brick and wood\w* walls", text) for text in texts)
+    assert not [text for text in texts if ENGLISH.read(text, "assembly") != meaning]
 
 
 def test_a_voice_has_a_verb_of_its_own() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pytest
 
 from arramon_lang.patterns import parse
-from arramon_lang.reading.matching import Automaton, Match, Phrasebook
+from arramon_lang.reading.matching import Automaton, Match, Phrasebook, with_and_without
 
 
 def automaton(**patterns: str) -> Automaton:
@@ -34,6 +34,16 @@ def test_all_patterns_and_all_readings_of_a_slot_are_found() -> None:
         ("turn", 3, (("side", "left at"),)),
         ("at", 4, (("side", "left"), ("thing", "it"))),
     }
+
+
+def test_texts_may_omit_optional_words() -> None:
+    search = Automaton(lambda text: tuple(text.split()), frozenset({"the"}))
+    search.add("side", [parse("to the left of the door")])
+    for text in ("to the left of the door", "to left of door"):
+        keys = tuple(text.split())
+        assert found(list(search.find(keys, 0, lambda _, at: []))) == {("side", len(keys), ())}
+    assert with_and_without(("end", "of", "the", "road"), frozenset({"the"}))[1:] == [("end", "of", "road")]
+    assert with_and_without(("the",), frozenset({"the"})) == [("the",)]
 
 
 def test_slots_that_are_closed_at_an_index_are_not_asked_for_there() -> None:
