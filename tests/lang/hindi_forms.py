@@ -240,6 +240,7 @@ def voices() -> tuple[Voice, ...]:
             MANNERS[0],
             grammar.sentence_end,
             True,
+            True,
             {},
         )
         for number in range(VOICES)

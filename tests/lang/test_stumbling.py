@@ -60,11 +60,10 @@ def test_faulty_wordings_are_not_written(steps: tuple[Step, ...], never: str) ->
 def test_a_place_is_not_torn_from_its_verb() -> None:
     beside = Assembly((), Thing("tv"), (Where("behind", (Thing("tv", "white", "striped"),)),))
     on = Assembly((), Thing("tv"), (Where("on_top_of", (Thing("mug", "brown", "striped"),)),))
-    torn = re.compile(
-        r"\b(set|put|lay|place) down (the|it)\b[^.,]* (behind|on)\b|\b(place|put|set) [^.]*\bstacked on\b",
-        re.IGNORECASE,
-    )
-    assert not [text for text in (*written(beside), *written(on)) if torn.search(text)]
+    torn = re.compile(r"\b(set|put|lay|place) down the\b[^.,]* behind\b", re.IGNORECASE)
+    assert not [text for text in written(beside) if torn.search(text)]
+    stacked = re.compile(r"\b(place|put|set) [^.]*\bstacked on\b", re.IGNORECASE)
+    assert not [text for text in written(on) if stacked.search(text)]
     assert not [text for text in written(on, 80) if re.search(r"\blay\b|goes atop", text, re.IGNORECASE)]
 
 

@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from dataclasses import replace
 from functools import cache
 from random import Random
 
@@ -93,7 +94,7 @@ FORBIDDEN = {
 def episodes(code: str) -> tuple[list[str], ...]:
     """Return the four texts of each episode, written in one voice; once, as they take half a minute."""
     random, language = Random(21), load(code)
-    voices = (language.draw_voice(random) for _ in range(EPISODES))
+    voices = (replace(language.draw_voice(random), has_articles=True) for _ in range(EPISODES))
     return tuple(
         [language.write(meaning, random, voice) for meaning in random_meanings.meanings(random, 2)] for voice in voices
     )
