@@ -69,8 +69,8 @@ def test_landmark_relations_are_written_as_relative_clauses() -> None:
     assert all(
         re.search(
             r"(bench|seat) (that|which) (is|sits) (just |right |)(behind|past|at the back of|in back of"
-            r"|on the far side of|(to|at) the rear of|on the other side of|beyond|hidden behind|out of view behind|around the back of) "
-            r"(the |)(\w+ |)tree",
+            r"|(to|at) the rear of|on the (far|other) side of|beyond|hidden behind|out of view behind"
+            r"|around the back of) (the |)(\w+ |)tree",
             text,
         )
         for text in texts
