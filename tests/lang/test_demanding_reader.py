@@ -1,6 +1,7 @@
 """What a demanding reader of American English stumbled over is read, and no longer written."""
 
 import re
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -29,6 +30,17 @@ def test_everyday_names(kind: str, never: str) -> None:
     colour = {"barrel": "gold", "cone": "red", "awning": "red", "banner": "red", "car": "red"}.get(kind, "")
     texts = written(Navigation((Walk("past", (Thing(kind, colour, identity="1"),)),), MUG))
     assert not [text for text in texts if re.search(rf"\b({never})\b", text, re.IGNORECASE)]
+
+
+def test_only_a_wall_is_what_is_closest() -> None:
+    wall, ball = Thing("wall", look="brick"), Thing("ball", "blue", "striped")
+    by_wall = Assembly((), MUG, (Where("behind", (ball,)), Where("near", (wall,))))
+    assert any("closest to the" in text for text in written(by_wall))
+    texts = [
+        *written(Assembly((), MUG, (Where("near", (ball,)),))),
+        *written(Navigation((), replace(MUG, where=(Where("near", (CONE,)),)))),
+    ]
+    assert not [text for text in texts if "closest" in text]
 
 
 def test_one_who_has_just_turned_walks_to_it() -> None:
