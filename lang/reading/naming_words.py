@@ -127,7 +127,8 @@ class NamingWords:
                 written.add(keys)
             if INSIDE in form:
                 head, tail = map(self._split, form.split(INSIDE))
-                self.divided.add(head, (*head, *tail))
+                for keys in with_and_without(head, self._grammar.articles):
+                    self.divided.add(keys, (*keys, *tail))
         return written
 
     def _add_adjectives(self, lexicon: Mapping[str, Any]) -> None:

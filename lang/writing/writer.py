@@ -411,7 +411,7 @@ class _Draft(Phraser):
             special = self.without_new(self.fitting(listed.get(own_key, ()), content, tables), clause.slots)
             if special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
                 return _usable(special, subordinate=subordinate)
-            patterns += 2 * special
+            return _usable(self.without_new(patterns, clause.slots) + 2 * special, subordinate=subordinate)
         return _usable(self.without_new(patterns, clause.slots), subordinate=subordinate)
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
@@ -441,15 +441,15 @@ class _Draft(Phraser):
     def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> tuple[str, bool]:
         """Return the target's clause, and whether opening words may precede it."""
         if target.is_same(self.focus):
-            fitting = [p for p in self.grammar.target["same"] if p.weight and not (marked and p.main_only)]
-            return self.render(self.pick(fitting, "to pick it up"), {}, {**self.features, **marked}), True
+            same = _usable(self.grammar.target["same"], subordinate=bool(marked))
+            return self.render(self.pick(same, "to pick it up"), {}, {**self.features, **marked}), True
         content = {"target", "where"} if target.where else {"target"}
         if not target.where:
             patterns = self.grammar.target.get("alone", patterns)
         fitting = [
             p
-            for p in patterns
-            if p.weight and required_slots(p.body, SLOTS) <= content and not (marked and p.main_only)
+            for p in _usable(tuple(patterns), subordinate=bool(marked))
+            if p.weight and required_slots(p.body, SLOTS) <= content
         ]
         pattern = self.pick(fitting, "what to pick up")
         noun = self.noun(target)
