@@ -106,10 +106,9 @@ def mentions(text: str, code: str) -> Iterator[ThingMention]:
 
 @cache
 def _forms(code: str) -> dict[str, str]:
-    """Return the kind of each form of each noun, with INSIDE in place of its adjectives."""
-    return {
-        form.lower(): kind for kind, nouns in load(code).grammar.nouns.items() for n in nouns for _, form in n.forms
-    }
+    """Return the kind of each form of each noun that is written, with INSIDE in place of its adjectives."""
+    nouns = load(code).grammar.nouns.items()
+    return {form.lower(): kind for kind, lexemes in nouns for each in lexemes for _, form in each.forms if form}
 
 
 @cache
