@@ -29,6 +29,12 @@ WHITE = {"en": "white", "hi": "सफ़ेद"}
 AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$", "hi": r"^(की (ओर|तरफ़|दिशा)|दिख|न दिख)"}
 """Patterns of things that the walker does not reach: before the noun phrase in English, after it in Hindi."""
 
+RELATIVE = r" (?:को|तक|की (?:ओर|तरफ़|दिशा में)|के साथ-साथ) .*जो "
+"""What follows a Hindi noun phrase that its own clause describes: "take that mug which lies there" refers to none before.
+
+After "behind that car", a clause describes what lies there, and "that car" is the one mentioned before.
+"""
+
 STANDING = frozenset({"parked", "खड़ी", "खड़ा", "खड़े"})
 """Words between a noun and its colour without a meaning of their own here."""
 
@@ -93,7 +99,7 @@ def mentions(text: str, code: str) -> Iterator[ThingMention]:
         shown_words = [shown[1]] if shown and shown[1] in _looks(code, kind) else []
         looks = [look for word in [*modifiers, *shown_words] for look in _looks(code, kind).get(word, ())]
         markers = [m for word in modifiers for m, words in MARKERS[code].items() if m and word in words]
-        if code == "hi" and " जो " in text[match.end() :]:  # "Take that mug which lies there" refers to none before.
+        if code == "hi" and re.match(RELATIVE, text[match.end() :]):
             markers = [marker for marker in markers if marker != "same"]
         beside = " ".join(before[-2:]) if code == "en" else text[match.end() :].strip()
         away = re.search(AWAY[code], beside) is not None

@@ -32,9 +32,10 @@ NO_SIDE = {
 
 RELATION = {
     "en": r"\b(?:left|right)(?: hand)?(?: side)? of\b|\bits (?:left|right)\b",
-    "hi": r"(?:के|की|(?<!पास )से|उसके|उसकी|जिसके|जिसकी)(?: ठीक)? (?:बाएँ|बाईं|दाएँ|दाईं)(?: ओर| तरफ़| हाथ| दिशा में)?",
+    "hi": r"(?:के|की|(?<!पास )से|उसके|उसकी|जिसके|जिसकी)(?: ठीक)? (?:बाएँ|बाईं|दाएँ|दाईं)"
+    r"(?!(?: ओर| तरफ़| हाथ| दिशा में)? (?:मुड़|घूम))(?: ओर| तरफ़| हाथ| दिशा में)?",
 }
-"""Relations between two things."""
+"""Relations between two things: "left of it", and no turn, as in "from there turn left"."""
 
 SLIGHT = {
     "en": r"(?:slight|slightly|a bit|a little|gentle|bear|bearing|veer|veering)(?: to (?:the|your))?$",
@@ -162,7 +163,7 @@ def _thing_of(text: str, code: str, named_things: Sequence[ThingMention], match:
 def applicable_spans(stated: StatedSide, way: NavigationPath) -> Iterator[tuple[float, float]]:
     """Yield the parts of a path where a stated side may apply: between the bends that match the turns around it.
 
-    Turns are matched so that the fewest bends are left over. A sidestep need not be stated, and the last turn need
+    Turns are matched so that the fewest bends and turns are left over. A sidestep need not be stated, and the last turn need
     not match a bend, as it may be made at the target.
     """
     turns = [turn for turn in (*stated.before, *stated.after) if not turn.startswith("slightly")]
@@ -176,10 +177,10 @@ def applicable_spans(stated: StatedSide, way: NavigationPath) -> Iterator[tuple[
             for chosen in combinations(listed, count):
                 if all(map(_may_be, turns, chosen)):
                     unstated = sum(bend not in chosen for bend in listed if abs(bend.angle) >= MIN_STATED_BEND)
-                    found.append((unstated, chosen))
-    fewest = min((unstated for unstated, _ in found), default=0)
-    for unstated, chosen in found:
-        if unstated == fewest and number <= len(chosen):
+                    found.append((unstated + len(turns) - count, chosen))
+    fewest = min((left_over for left_over, _ in found), default=0)
+    for left_over, chosen in found:
+        if left_over == fewest and number <= len(chosen):
             yield (
                 chosen[number - 1].start if number else 0.0,
                 chosen[number].end if number < len(chosen) else way.length,

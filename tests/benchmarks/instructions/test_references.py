@@ -34,3 +34,16 @@ def test_that_car_is_the_latest_one() -> None:
         ("Pass the blue car. Turn left. Pick up the mug behind that car.", False),
     ):
         assert identifies_target(list(mentions(text, "en")), {"street": mugs}, things) is expected
+
+
+def test_that_car_in_hindi_is_the_one_before_unless_a_clause_describes_it() -> None:
+    of = {text: [each.marker for each in mentions(text, "hi") if each.kind == "car"] for text in HINDI_CARS}
+    assert of == HINDI_CARS
+
+
+HINDI_CARS = {
+    "नीली कार के पास से निकलिए और उस कार के पीछे जो भूरी रेतघड़ी रखी है, उसे उठाइए।": ["", "same"],
+    "उस कार तक जाओ, जो बाईं ओर है।": [""],
+    "उस कार की ओर चलो, जो बाईं तरफ़ है।": [""],
+}
+"""Texts, with the markers of the cars that they mention."""

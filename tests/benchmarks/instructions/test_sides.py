@@ -78,6 +78,7 @@ TEXTS = [
     ("hi", "नुक्कड़ पर दाएँ मुड़ें। पेड़ के आपकी दाईं ओर आने तक चलें। बाएँ मुड़ें।"),
     ("hi", "नुक्कड़ पर दाएँ मुड़ें। दाईं ओर पेड़ आएगा, उसके पास से निकलें। बाएँ मुड़ें।"),
     ("hi", "नुक्कड़ पर राइट मुड़ें। पेड़ को अपनी राइट साइड रखते हुए चलते रहें। लेफ़्ट में मुड़ें।"),
+    ("hi", "वहाँ से दाएँ मुड़ें। तब तक चलें जब तक पेड़ आपकी दाईं ओर न आ जाए। उसके आगे से बाईं ओर मुड़ें।"),
 ]
 
 
@@ -110,6 +111,14 @@ def test_turns_are_found_among_the_bends() -> None:
     text = "Turn around. Pass the tree on your right. Turn right. Pick up the striped red mug."
     assert faults(text, "en", prop("tree", -2.0, -4.0), way=way) == []
     assert faults(text, "en", prop("tree", -4.0, -14.0), way=way) != []
+
+
+def test_all_stated_turns_are_matched_even_where_two_of_them_step_aside() -> None:
+    """The way has as many bends as the text has turns, besides the last one, which is made at the target."""
+    way = path((NORTH, 10), (EAST, 10), (NORTH, 10), (EAST, 4), (NORTH, 10), (EAST, 2))
+    text = "At the corner turn right. Turn left. Turn right. Turn left and walk until the tree is on your right."
+    assert faults(text, "en", prop("tree", 16.0, 10.0), way=way) == []
+    assert faults(text, "en", prop("tree", 12.0, 10.0), way=way) != []
 
 
 ZEBRA = prop("zebra_crossing", 8.0, 11.0)
