@@ -30,7 +30,7 @@ AWAY = {"en": r"(toward|towards|face|facing|direction of|see|spot|notice|for)$",
 """Patterns of things that the walker does not reach: before the noun phrase in English, after it in Hindi."""
 
 RELATIVE = r" (?:को|तक|की (?:ओर|तरफ़|दिशा में)|के साथ-साथ) .*जो "
-"""What follows a Hindi noun phrase that its own clause describes: "take that mug which lies there" refers to none before.
+"""What follows a Hindi noun phrase described by a clause: "take that mug which lies there" refers to none before.
 
 After "behind that car", a clause describes what lies there, and "that car" is the one mentioned before.
 """

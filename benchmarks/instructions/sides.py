@@ -163,8 +163,8 @@ def _thing_of(text: str, code: str, named_things: Sequence[ThingMention], match:
 def applicable_spans(stated: StatedSide, way: NavigationPath) -> Iterator[tuple[float, float]]:
     """Yield the parts of a path where a stated side may apply: between the bends that match the turns around it.
 
-    Turns are matched so that the fewest bends and turns are left over. A sidestep need not be stated, and the last turn need
-    not match a bend, as it may be made at the target.
+    Turns are matched so that the fewest bends and turns are left over. A sidestep need not be stated, and the last turn
+    need not match a bend, as it may be made at the target.
     """
     turns = [turn for turn in (*stated.before, *stated.after) if not turn.startswith("slightly")]
     number = sum(not turn.startswith("slightly") for turn in stated.before)

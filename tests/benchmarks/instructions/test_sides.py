@@ -117,8 +117,8 @@ def test_all_stated_turns_are_matched_even_where_two_of_them_step_aside() -> Non
     """The way has as many bends as the text has turns, besides the last one, which is made at the target."""
     way = path((NORTH, 10), (EAST, 10), (NORTH, 10), (EAST, 4), (NORTH, 10), (EAST, 2))
     text = "At the corner turn right. Turn left. Turn right. Turn left and walk until the tree is on your right."
-    assert faults(text, "en", prop("tree", 16.0, 10.0), way=way) == []
-    assert faults(text, "en", prop("tree", 12.0, 10.0), way=way) != []
+    assert faults(text, "en", prop("tree", 16.0, 7.0), way=way) == []
+    assert faults(text, "en", prop("tree", 12.0, 7.0), way=way) != []
 
 
 ZEBRA = prop("zebra_crossing", 8.0, 11.0)
