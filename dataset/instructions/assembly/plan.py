@@ -43,8 +43,8 @@ EXTRA_RELATION_ON_TOP = 0.22
 """The same if the target goes on top of another object: of that one to a wall or to the reader, in ON_TOP_WEIGHTS."""
 
 ON_TOP_WEIGHTS = {
-    "against wall": 14.0, "near wall": 5.0, "in_front_of you": 6.0, "far": 6.0, "left_of you": 2.5,
-    "right_of you": 2.5, "your side": 2.5,
+    "against wall": 5.0, "near wall": 5.0, "in_front_of you": 4.0, "far": 4.0, "left_of you": 1.2,
+    "right_of you": 1.2, "your side": 1.2,
 }  # fmt: skip
 """Relative frequency with which people add each relation of the object on which the target goes."""
 
@@ -53,9 +53,9 @@ EXACTLY, EXACTLY_ASIDE, EXACTLY_YOU = 0.03, 0.01, 0.4
 farther cells, and with a relation to the agent."""
 
 WEIGHTS = {
-    "left_of": 30.0, "right_of": 22.0, "in_front_of": 2.0, "behind": 26.0, "between": 3.0, "near": 0.7,
-    "diagonal_to": 0.03, "against wall": 10.0, "near wall": 2.0, "in_front_of you": 6.5, "left_of you": 2.0,
-    "right_of you": 2.0, "far": 0.6, "your side": 0.8,
+    "left_of": 46.0, "right_of": 25.0, "in_front_of": 0.3, "behind": 26.0, "between": 2.0, "near": 0.3,
+    "diagonal_to": 0.04, "against wall": 4.2, "near wall": 3.4, "in_front_of you": 4.0, "left_of you": 1.0,
+    "right_of you": 1.0, "far": 0.6, "your side": 0.5,
 }  # fmt: skip
 """Relative frequency with which people choose each relation where it holds. "far" is one of the first four to a cell
 that is not adjacent; "your side" is "on your left" for any cell there."""
