@@ -11,8 +11,8 @@ from tests import ROOT
 from tests.physics import needs_pybullet
 
 EXPECTED = {
-    "data": "55517c002da74f315c81fecb92f67e57ca7603f9ede6671f221c59d78fb78198",
-    "digest": "da48e4417d7487357808008a8d634cc283ca26d1e61f794c18bd36f16f412a8d",
+    "data": "58fbbf01e7006829bc1fc436beb1c57d61850ba6ba2fdd14336cfaea7a5cc88d",
+    "digest": "5dcab4bff01092fa5231ef01acfa82c166d2fd27b4d26a224afec780db50811a",
     "places": "0dd86a4c9c8d9c6864948d157ed80e2edb60f7e288544f03fc39aa61842a2e42",
     "scores": "a2f5c90969fd148e062890e2541557d5c99e84927e3a95876e6c8d7fb8a6262d",
     "blocked": 264,
