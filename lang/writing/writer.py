@@ -104,7 +104,11 @@ class Writer:
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
-        wanted = random.choice(DRAFT_COUNTS[phase]) if self._preferences is None else PREFERRED_DRAFTS[phase]
+        if self._preferences is None:  # The draw comes first, so that all voices draw the same drafts.
+            wanted = random.choice(DRAFT_COUNTS[phase])
+            wanted = wanted if _is_brief(voice) else 1
+        else:
+            wanted = PREFERRED_DRAFTS[phase]
         return self._chosen(self.drafts(meaning, random, voice, wanted), phase, random, voice)
 
     def draft(self, meaning: Meaning, random: Random, voice: Voice) -> str:
@@ -161,7 +165,7 @@ class Writer:
         """Return one of the drafts: by the language's preferences and the voice's brevity, or the shortest."""
         sizes = [len(draft.split()) for draft in drafts]
         if self._preferences is None:
-            return drafts[sizes.index(min(sizes))] if voice.manner.brevity >= 0.0 else drafts[0]
+            return drafts[sizes.index(min(sizes))]
         scores = [
             self._preferences.score(draft, phase) - voice.manner.brevity * size
             for draft, size in zip(drafts, sizes, strict=True)
@@ -177,6 +181,10 @@ def _count_clumsy(text: str, patterns: Iterable[re.Pattern[str]], most: float, f
             break
         faults += pattern.search(text) is not None
     return faults
+
+
+def _is_brief(voice: Voice) -> bool:
+    return voice.manner.brevity >= 0.0
 
 
 def _is_clumsy(words: list[str]) -> bool:
