@@ -52,7 +52,7 @@ NEVER_REACHED = ("building", "zebra_crossing", "you")
 MAX_STEPS = 9
 """Maximum number of steps of a plan."""
 
-TRIED = 24
+TRIED = 16
 """Maximum number of partial plans to extend before planning fails."""
 
 UNTIL_SEEN = 0.4
