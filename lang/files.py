@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -141,7 +142,8 @@ def read_file(folder: Path, name: str) -> Mapping[str, Any]:
 
     Raises:
         FileNotFoundError: if the file does not exist.
-        ValueError: if it is not TOML in UTF-8, or has an unknown key; names the file and the key.
+        ValueError: if it is not TOML in UTF-8, has an unknown key, or a text where lang/en has a list, or the reverse;
+            names the file and the key.
     """
     path = folder / f"{name}.toml"
     try:
@@ -150,6 +152,7 @@ def read_file(folder: Path, name: str) -> Mapping[str, Any]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: {error}") from error
     _check(path, "", data, _TOP[name])
+    _check_types(path, "", data, _english(name))
     for at, known in _TABLES.items():
         table = data if at[0] == name else {}
         for key in at[1:]:
@@ -174,6 +177,31 @@ def _check_phrases(path: Path, data: Mapping[str, Any]) -> None:
     read = {*steps, *ONLY_READ_CLAUSES, *wheres, *(f"{relation} {kind}" for relation in RELATIONS for kind in KINDS)}
     read |= {f"{key}{BARE}" for key in read} | {"nested", "turn", "place", "place it"}
     _check(path, "also_read", data.get("also_read", {}), read)
+
+
+@cache
+def _english(name: str) -> Mapping[str, Any]:
+    """Return the content of lang/en's file of this name, which shows the types of values; empty if it has none."""
+    path = Path(__file__).parent / "en" / f"{name}.toml"
+    return tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+
+
+def _check_types(path: Path, key: str, found: object, english: object) -> None:
+    """Refuse a text in place of a list, which would be taken for a list of its letters, and all that is as different.
+
+    A list may stand for a table and a table for a list, where the loader reads both.
+    """
+    if isinstance(found, Mapping) and isinstance(english, Mapping):
+        for name in found.keys() & english.keys():
+            _check_types(path, f"{key}.{name}" if key else name, found[name], english[name])
+    elif _type_of(found) != _type_of(english):
+        raise ValueError(f"{path}: {key}: {found!r} is {_type_of(found)}; expected {_type_of(english)}, as in lang/en")
+
+
+def _type_of(value: object) -> str:
+    if isinstance(value, list | Mapping):
+        return "a list or table"
+    return "a text" if isinstance(value, str) else "true or false" if isinstance(value, bool) else "a number"
 
 
 def _check(path: Path, table: str, found: Iterable[str], known: Iterable[str]) -> None:

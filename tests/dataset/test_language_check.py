@@ -51,9 +51,27 @@ def replace(path: Path, old: str, new: str) -> None:
         ("quality", "[counts]", "[count]", r"quality\.toml: unknown key 'count'"),
         ("properties", "stopwords", "stop_words", r"properties\.toml: unknown key 'stop_words'"),
         ("chunks", "also = ", "alsoo = ", r"chunks\.toml: unknown key 'alsoo'"),
+        (
+            *("grammar", 'words = ["the"]', 'words = "the"'),
+            r"grammar\.toml: text\.articles\.words: 'the' is a text; expected a list or table, as in lang/en",
+        ),
+        (
+            "grammar",
+            "small_letters = 0.15",
+            'small_letters = "0.15"',
+            r"small_letters: '0\.15' is a text; expected a num",
+        ),
+        (
+            "relations",
+            'position = "before"',
+            'position = ["before"]',
+            r"position: \['before'\] is a list or table; exp",
+        ),
     ],
 )
-def test_unknown_keys_are_named_with_their_file(root: Path, file: str, old: str, new: str, fault: str) -> None:
+def test_unknown_keys_and_wrong_types_are_named_with_their_file(
+    root: Path, file: str, old: str, new: str, fault: str
+) -> None:
     replace(root / "en" / f"{file}.toml", old, new)
     report = check_language("en", root=root)
     assert not report.passes
