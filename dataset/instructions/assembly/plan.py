@@ -115,10 +115,14 @@ def plan_assembly(
 
 
 def _is_plain(meaning: Assembly) -> bool:
-    """Return whether nothing is diagonal to a thing, and no landmark told by its neighbour has another beside it."""
+    """Return whether a meaning is easily said: no diagonal, no landmark told by its neighbour beside another relation.
+
+    Nor one relation twice: "to the right of the bucket and to the right of the bowl".
+    """
     is_nested = any(thing.where for where in meaning.where for thing in where.things)
     is_diagonal = any(where.relation == "diagonal_to" for where in meaning.where)
-    return not is_diagonal and not (is_nested and len(meaning.where) > 1)
+    aside = [where.relation for where in meaning.where if where.relation in ("left_of", "right_of")]
+    return not is_diagonal and not (is_nested and len(meaning.where) > 1) and len(set(aside)) == len(aside)
 
 
 def _draw_turns(cell: RoomPosition, random: Random) -> tuple[str, ...]:
