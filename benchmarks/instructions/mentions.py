@@ -112,9 +112,14 @@ def mentions(text: str, code: str) -> Iterator[ThingMention]:
 
 @cache
 def _forms(code: str) -> dict[str, str]:
-    """Return the kind of each form of each noun that is written, with INSIDE in place of its adjectives."""
-    nouns = load(code).grammar.nouns.items()
-    return {form.lower(): kind for kind, lexemes in nouns for each in lexemes for _, form in each.forms if form}
+    """Return the kind of each form of each noun, with INSIDE in place of its adjectives.
+
+    Of two kinds with the same noun it is the one that texts name so, not the one that people sometimes do.
+    """
+    grammar = load(code).grammar
+    read = {form.lower(): kind for kind, forms in grammar.also_nouns.items() for form in forms}
+    nouns = grammar.nouns.items()
+    return read | {form.lower(): kind for kind, lexemes in nouns for each in lexemes for _, form in each.forms if form}
 
 
 @cache

@@ -7,6 +7,9 @@ text and assigns objects to them in order along the ground truth's path: "the sa
 different one, "two" need two, and no object may be passed long before it is mentioned. A text without such an
 assignment contains a false reference. So does a text that names nothing near the target although another object looks
 like it. `sides.py` checks the stated sides of things on the way, and targets said to be next to a zebra crossing.
+
+It reads whole words in a language's own script: texts mostly in another one are counted as unread, and of forms with
+typing errors or loans it calls texts false whose words it does not know.
 """
 
 import json
@@ -16,6 +19,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from arramon_lang import load
 from benchmarks.common import parser_of
 from benchmarks.instructions.mentions import ThingMention, mentions
 from benchmarks.instructions.sides import crossing_faults, side_faults, stated_sides, things_in_street
@@ -140,6 +144,11 @@ def _is_one_of_two(thing: StreetObject, mention: ThingMention, things: Sequence[
     )
 
 
+def is_in_own_script(text: str, code: str) -> bool:
+    """Return whether at least half of a text's letters belong to its language's own script."""
+    return 2 * load(code).count_letters(text) >= sum(map(str.isalpha, text))
+
+
 @dataclass
 class ReferenceCounts:
     """Counts of references, sides and crossings in a section's texts in one language, and of the false ones."""
@@ -151,17 +160,22 @@ class ReferenceCounts:
     false_sides: int = 0
     crossings: int = 0
     false_crossings: int = 0
+    unread: int = 0
 
     def __str__(self) -> str:
         return (
             f"{self.texts} texts, {self.things} things, {self.false_references} texts false; {self.sides} sides on the "
             f"way, {self.false_sides} texts false; {self.crossings} by a crossing, {self.false_crossings} on it"
+            + (f"; {self.unread} texts unread, in another script" if self.unread else "")
         )
 
     def add(
         self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: NavigationPath
     ) -> list[str]:
         """Count one text, and return descriptions of what is false in it."""
+        if not is_in_own_script(text, code):
+            self.unread += 1
+            return []
         found, things, grounds = list(mentions(text, code)), objects(turn, section), things_in_street(turn, section)
         x, _, z = turn["street"][0]["position"]
         is_true = is_consistent(found, things) and identifies_target(found, turn, things)

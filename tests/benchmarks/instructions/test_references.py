@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from benchmarks.instructions.mentions import mentions
-from benchmarks.instructions.references import StreetObject, identifies_target
+from benchmarks.instructions.references import StreetObject, identifies_target, is_in_own_script
 from tests import tiny
 from tests.benchmarks.command import printed
 
@@ -47,3 +47,18 @@ HINDI_CARS = {
     "उस कार की ओर चलो, जो बाईं तरफ़ है।": [""],
 }
 """Texts, with the markers of the cars that they mention."""
+
+
+def test_texts_in_another_script_are_unread_and_those_with_loans_are_read() -> None:
+    for text, is_read in (
+        ("kiosk ke paas se niklo aur laal mug utha lo", False),
+        ("खोखे के पास से निकलो और लाल मग उठा लो", True),
+        ("खोखे (kiosk) के पास से निकलो और लाल मग उठा लो", True),
+    ):
+        assert is_in_own_script(text, "hi") is is_read
+    assert is_in_own_script("Pick up the mug.", "en")
+
+
+def test_trash_bags_are_a_pile_of_them() -> None:
+    (bags,) = mentions("past trash bags", "en")
+    assert bags.kind == "bags"
