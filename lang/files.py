@@ -137,6 +137,10 @@ _TABLES: Mapping[tuple[str, ...], frozenset[str]] = {
 """Keys of tables within files, by the path to the table."""
 
 
+ENGLISH = Path(__file__).parent / "en"
+"""The folder whose values show the types of all languages' values."""
+
+
 def read_file(folder: Path, name: str) -> Mapping[str, Any]:
     """Return the content of one of the `FILES`.
 
@@ -145,14 +149,10 @@ def read_file(folder: Path, name: str) -> Mapping[str, Any]:
         ValueError: if it is not TOML in UTF-8, has an unknown key, or a text where lang/en has a list, or the reverse;
             names the file and the key.
     """
-    path = folder / f"{name}.toml"
-    try:
-        with path.open("rb") as file:
-            data: Mapping[str, Any] = tomllib.load(file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: {error}") from error
+    path, english = folder / f"{name}.toml", _english(name)
+    data = english if english and folder == ENGLISH else _parsed(path)
     _check(path, "", data, _TOP[name])
-    _check_types(path, "", data, _english(name))
+    _check_types(path, "", data, english)
     for at, known in _TABLES.items():
         table = data if at[0] == name else {}
         for key in at[1:]:
@@ -163,6 +163,14 @@ def read_file(folder: Path, name: str) -> Mapping[str, Any]:
     for slot, table in data.get("tables", {}).items() if name == "grammar" else ():
         _check(path, f"tables.{slot}", table, frozenset(("of", "values")))
     return data
+
+
+def _parsed(path: Path) -> Mapping[str, Any]:
+    try:
+        with path.open("rb") as file:
+            return tomllib.load(file)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def _check_phrases(path: Path, data: Mapping[str, Any]) -> None:
@@ -182,8 +190,8 @@ def _check_phrases(path: Path, data: Mapping[str, Any]) -> None:
 @cache
 def _english(name: str) -> Mapping[str, Any]:
     """Return the content of lang/en's file of this name, which shows the types of values; empty if it has none."""
-    path = Path(__file__).parent / "en" / f"{name}.toml"
-    return tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    path = ENGLISH / f"{name}.toml"
+    return _parsed(path) if path.exists() else {}
 
 
 def _check_types(path: Path, key: str, found: object, english: object) -> None:

@@ -240,6 +240,10 @@ class Language:
         """Return the number of characters of the text that belong to the language's script."""
         return self._tokenizer.count_letters(text)
 
+    def is_in_own_script(self, text: str) -> bool:
+        """Return whether at least half of a text's letters belong to the language's own script."""
+        return 2 * self.count_letters(text) >= sum(map(str.isalpha, text))
+
 
 def available(root: Path = ROOT) -> tuple[str, ...]:
     """Return the codes of all languages, sorted: every folder with a `language.toml`."""

@@ -253,8 +253,7 @@ def _suspicious(
             yield suspicious("count", f"'{number} {unit}' counts movements", f"{number} {unit}")
     if len(words.spaced) > MAX_WORDS:
         yield suspicious("long", f"{len(words.spaced)} words; more than {MAX_WORDS} are rare")
-    letters = len(_letters(text))
-    if letters and language.count_letters(text) < letters / 2:
+    if not language.is_in_own_script(text):
         yield suspicious("script", f"less than half of the letters are {language.script}")
     if phase == "assembly" and not words.first_of(rules.landmarks) and not _has_relation(text, language):
         yield suspicious("no_landmark", "names no landmark for the placement")

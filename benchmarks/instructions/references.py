@@ -144,11 +144,6 @@ def _is_one_of_two(thing: StreetObject, mention: ThingMention, things: Sequence[
     )
 
 
-def is_in_own_script(text: str, code: str) -> bool:
-    """Return whether at least half of a text's letters belong to its language's own script."""
-    return 2 * load(code).count_letters(text) >= sum(map(str.isalpha, text))
-
-
 @dataclass
 class ReferenceCounts:
     """Counts of references, sides and crossings in a section's texts in one language, and of the false ones."""
@@ -173,7 +168,7 @@ class ReferenceCounts:
         self, text: str, code: str, turn: dict[str, Any], section: dict[str, Any], way: NavigationPath
     ) -> list[str]:
         """Count one text, and return descriptions of what is false in it."""
-        if not is_in_own_script(text, code):
+        if not load(code).is_in_own_script(text):
             self.unread += 1
             return []
         found, things, grounds = list(mentions(text, code)), objects(turn, section), things_in_street(turn, section)

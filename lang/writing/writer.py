@@ -104,11 +104,11 @@ class Writer:
         """
         phase = "navigation" if isinstance(meaning, Navigation) else "assembly"
         voice = voice or draw_voice(self._grammar, random)
-        if self._preferences is None:  # The draw comes first, so that all voices draw the same drafts.
-            wanted = random.choice(DRAFT_COUNTS[phase])
-            wanted = wanted if _is_brief(voice) else 1
-        else:
+        if self._preferences is not None:
             wanted = PREFERRED_DRAFTS[phase]
+        else:
+            brief = random.choice(DRAFT_COUNTS[phase])  # Drawn for every voice, so that all write the same drafts.
+            wanted = brief if voice.manner.brevity >= 0.0 else 1
         return self._chosen(self.drafts(meaning, random, voice, wanted), phase, random, voice)
 
     def draft(self, meaning: Meaning, random: Random, voice: Voice) -> str:
@@ -181,10 +181,6 @@ def _count_clumsy(text: str, patterns: Iterable[re.Pattern[str]], most: float, f
             break
         faults += pattern.search(text) is not None
     return faults
-
-
-def _is_brief(voice: Voice) -> bool:
-    return voice.manner.brevity >= 0.0
 
 
 def _is_clumsy(words: list[str]) -> bool:
@@ -414,13 +410,13 @@ class _Draft(Phraser):
         patterns = self.fitting(listed.get(clause.key, ()), content, tables)
         if clause.far:
             patterns += self.fitting(listed.get(f"{clause.key} far", ()), content, tables)
+        special: Patterns = ()
         if isinstance(thing, Thing) and "other" not in clause.slots:
             own_key = f"{clause.key} {thing.kind}"
             special = self.without_new(self.fitting(listed.get(own_key, ()), content, tables), clause.slots)
             if special and (thing.kind in STREETS or own_key == PAST_INTERSECTION):
                 return _usable(special, subordinate=subordinate)
-            return _usable(self.without_new(patterns, clause.slots) + 2 * special, subordinate=subordinate)
-        return _usable(self.without_new(patterns, clause.slots), subordinate=subordinate)
+        return _usable(self.without_new(patterns, clause.slots) + 2 * special, subordinate=subordinate)
 
     def _clause(self, clause: Clause, marked: Mapping[str, str], *, front: bool) -> str:
         """Return a clause's text; unmarked and at the front of a sentence, it may use any pattern."""
@@ -446,7 +442,7 @@ class _Draft(Phraser):
         self.mentioned_things += things
         return text
 
-    def _target(self, target: Thing, patterns: Iterable[Pattern], marked: Mapping[str, str]) -> tuple[str, bool]:
+    def _target(self, target: Thing, patterns: Patterns, marked: Mapping[str, str]) -> tuple[str, bool]:
         """Return the target's clause, and whether opening words may precede it."""
         if target.is_same(self.focus):
             same = _usable(self.grammar.target["same"], subordinate=bool(marked))
@@ -456,7 +452,7 @@ class _Draft(Phraser):
             patterns = self.grammar.target.get("alone", patterns)
         fitting = [
             p
-            for p in _usable(tuple(patterns), subordinate=bool(marked))
+            for p in _usable(patterns, subordinate=bool(marked))
             if p.weight and required_slots(p.body, SLOTS) <= content
         ]
         pattern = self.pick(fitting, "what to pick up")

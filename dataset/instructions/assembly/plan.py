@@ -115,14 +115,15 @@ def plan_assembly(
 
 
 def _is_plain(meaning: Assembly) -> bool:
-    """Return whether a meaning is easily said: no diagonal, no landmark told by its neighbour beside another relation.
+    """Return whether a meaning is easily said.
 
-    Nor one relation twice: "to the right of the bucket and to the right of the bowl".
+    That is without a diagonal, without a landmark told by its neighbour beside another relation, and with no side told
+    twice: "to the right of the bucket and to the right of the bowl".
     """
     is_nested = any(thing.where for where in meaning.where for thing in where.things)
-    is_diagonal = any(where.relation == "diagonal_to" for where in meaning.where)
-    aside = [where.relation for where in meaning.where if where.relation in ("left_of", "right_of")]
-    return not is_diagonal and not (is_nested and len(meaning.where) > 1) and len(set(aside)) == len(aside)
+    relations = [where.relation for where in meaning.where]
+    is_doubled = max(relations.count("left_of"), relations.count("right_of")) > 1
+    return "diagonal_to" not in relations and not (is_nested and len(relations) > 1) and not is_doubled
 
 
 def _draw_turns(cell: RoomPosition, random: Random) -> tuple[str, ...]:

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
+from arramon_lang import load
 from benchmarks.instructions.mentions import mentions
-from benchmarks.instructions.references import StreetObject, identifies_target, is_in_own_script
+from benchmarks.instructions.references import StreetObject, identifies_target
 from tests import tiny
 from tests.benchmarks.command import printed
 
@@ -55,8 +56,8 @@ def test_texts_in_another_script_are_unread_and_those_with_loans_are_read() -> N
         ("खोखे के पास से निकलो और लाल मग उठा लो", True),
         ("खोखे (kiosk) के पास से निकलो और लाल मग उठा लो", True),
     ):
-        assert is_in_own_script(text, "hi") is is_read
-    assert is_in_own_script("Pick up the mug.", "en")
+        assert load("hi").is_in_own_script(text) is is_read
+    assert load("en").is_in_own_script("Pick up the mug.")
 
 
 def test_trash_bags_are_a_pile_of_them() -> None:
