@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from arramon_lang.meaning import Thing
-from arramon_lang.reading.chunks.chunker import LOOK, RELATION, STOP, THEN, THING, VERB, YOURS, Chunk
+from arramon_lang.reading.chunks.chunker import LOOK, RELATION, SIDE, STOP, THEN, THING, VERB, YOURS, Chunk
 from arramon_lang.reading.chunks.rules import ChunkRules
 from arramon_lang.reading.noun_phrases import NounPhraseParser
 from arramon_lang.reading.parsed_phrases import NounPhrase
@@ -57,9 +57,20 @@ class ChunkSequence:
 
     def _is_landmark(self, number: int) -> bool:
         """Return whether a collectible says where another thing is: "the mug next to the dotted red ball"."""
-        before = self.chunks[number - 1] if number and self.rules.has_prepositions else None
+        if not self.rules.has_prepositions:
+            return self.is_landmark_after(number)
+        before = self.chunks[number - 1] if number else None
         is_placing = before is not None and before.kind == RELATION and self.rules.is_in(before.value, "placing")
         return is_placing and number > 1 and self.is_collectible(number - 2)
+
+    def is_landmark_after(self, number: int) -> bool:
+        """Return whether a relation after a collectible says where the one named right before it is."""
+        named = number - 1 - (number > 0 and self.chunks[number - 1].kind == "comma")
+        after = self.chunks[number + 1] if number + 1 < len(self.chunks) else None
+        if named < 0 or not self.is_collectible(named) or after is None or after.kind != RELATION:
+            return False
+        is_side = after.value == "of" and self.next_kind(number + 1) == SIDE
+        return is_side or after.value in self.rules.target_relations
 
     def described(self, target: Thing, number: int) -> Thing:
         """Return a target with what the text says of it later: "the ball over there, the striped one".

@@ -67,9 +67,16 @@ class RouteDraft:
         if listed:
             self._walk_to_places()
             self._pass(listed)
+        is_walk = self.text.rules.is_in(value, "leading", "passing") and value not in self.text.rules.target_relations
+        if is_walk and self._pending[0].joined in ("comma", THEN) and self._places and self._target is None:
+            self._walk_to_places(reaching=self._is_reached(self._places[-1]))
         self._places.append(PendingPlace(value, tuple(self._pending)))
         self._pending = []
         self._joined = ""
+
+    def _is_reached(self, place: PendingPlace) -> bool:
+        """Return whether a walk ends at a place: "near the tree", "at the bank"."""
+        return place.value in ("at", "near", "in_front_of")
 
     def _joined_size(self) -> int:
         size = 1
@@ -134,11 +141,17 @@ class RouteDraft:
             elif reaching and number == len(self._places):
                 for each in place.named:
                     self._walk_to("along" if each.thing.kind in GROUND_KINDS else "to", each)
+            elif self._is_turned_into(place):  # "The first street on the left."
+                self.steps.append(Rotate(place.named[-1].side, "at", place.named[-1].thing))
             elif place.value == "at" and place.named[-1].thing.kind in GROUND_KINDS:
                 self._walk_to("along", place.named[-1])
             else:
                 self._pass(place.named)
         self._places = []
+
+    def _is_turned_into(self, place: PendingPlace) -> bool:
+        last = place.named[-1]
+        return place.value == "at" and last.thing.kind in ("street", "alley") and bool(last.side)
 
     def _locate_target(self) -> None:
         """Turn the open places into relations of the target."""
@@ -211,7 +224,8 @@ class RouteDraft:
         last = place.named[-1]
         self._pass(place.named[:-1])
         self._pass_beside(last)
-        if last.thing.kind in ("street", "alley") and place.value in ("at", "near", "in_front_of"):
+        is_street = last.thing.kind in ("street", "alley") and not last.thing.which
+        if is_street and self._is_reached(place):
             self.steps += [Rotate(direction), Walk("along", (last.thing,))]
         else:
             self.steps.append(Rotate(direction, self.text.rules.turn_positions.get(place.value, "at"), last.thing))

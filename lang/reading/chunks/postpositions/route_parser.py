@@ -24,6 +24,7 @@ class PostpositionRouteParser(SideParser):
 
     grammar: Grammar
     _describes: bool = False
+    _ahead: int = -1
 
     def read(self) -> Navigation | None:
         """Return the meaning, or None if the text names no target."""
@@ -68,6 +69,8 @@ class PostpositionRouteParser(SideParser):
         return number
 
     def _is_distracter(self, number: int) -> bool:
+        if self.text.is_landmark_after(number) and self._target is not None:
+            return False
         if self._target is None or self.text.is_negated(number) or self.text.next_kind(number) != RELATION:
             return self._target is not None or self.text.is_negated(number)
         return self.text.is_relation(number + 1, "of", "having", "object")
@@ -141,20 +144,35 @@ class PostpositionRouteParser(SideParser):
             self._pending = [replace(each, joined="comma") for each in self._pending]
             self._joined = ""
         elif chunk.kind in _FLAGS:
-            self._flags.add(chunk.kind)
+            self._handle_flag(number)
         elif chunk.kind in ("straight", "ahead") and not self._pending:
             if self._is_passing("through_between"):
                 self._walk_to_places()
             if not (self._places and self._places[-1].value in ("to", "towards")):  # "Straight to the cone."
-                self._walk_ahead()
+                self._walk_ahead(is_clause=self._is_clause(number))
+                self._ahead = len(self.steps) if chunk.kind == "ahead" and self.steps[-1:] == [Walk("ahead")] else -1
+
+    def _handle_flag(self, number: int) -> None:
+        kind = self.text.chunks[number].kind
+        self._flags.add(kind)
+        if kind == "back_again" and self._is_first() and self.text.next_kind(number) in BOUNDARIES:
+            self._add_turn("around")
+        elif kind == "there" and self._joined and self._is_passing() and self.text.next_kind(number) != SIDE:
+            self._walk_to_places()  # "Past the bank, there is a book."
 
     def _handle_conjunction(self, kind: str) -> None:
         is_new = kind == THEN and self._joined in ("comma", "and")
         if not self._joined or kind == THEN or (kind == "comma" and self._joined == "and"):
             # "A then B on the left" is one list, "A, then B on the left" two.
             self._joined = "comma" if kind == THEN and not self._joined else kind
-        is_walked = bool(self._places) and self._places[-1].value in ("to", "towards") and self._target is None
+        last = self._places[-1] if self._places and self._target is None else None
+        is_walked = last is not None and (last.value in ("to", "towards") or self._is_turned_into(last))
+        is_walked = is_walked or (last is not None and last.value == "by" and kind == "comma")
+        if kind in ("comma", THEN) and self._is_faced():
+            self._face(self._pending.pop())
         if (is_new and self._is_passing()) or (kind in ("comma", THEN) and is_walked):
+            if last is not None and last.value == "towards" and not self.steps and len(self._places) == 1:
+                self.steps.append(Face(last.named[0].thing))  # "Towards the tree," whether one walks or turns there.
             self._walk_to_places()
         if kind != "and":
             self._side = ""
@@ -163,6 +181,14 @@ class PostpositionRouteParser(SideParser):
         """Return whether the last place before the target is one that is passed."""
         last = self._places[-1].value if self._places and self._target is None else None
         return last is not None and (last in more or self.text.rules.is_in(last, "passing"))
+
+    def _is_faced(self) -> bool:
+        """Return whether the pending thing is said to be ahead, with nothing between: "ahead of you is a tree"."""
+        is_ahead = self._ahead == len(self.steps) and self._target is None and not self._places
+        return is_ahead and len(self._pending) == 1 and not self._pending[0].side and not self._pending[0].again
+
+    def _face(self, named: PendingThing) -> None:
+        self.steps[-1] = Face(named.thing)
 
     def _handle_pronoun(self, number: int) -> None:
         """Resolve a pronoun to the last one or two things, or to the last street or square for "in it"."""
@@ -192,6 +218,9 @@ class PostpositionRouteParser(SideParser):
             else:
                 self._describes = following == THING
             return
+        if value in ("to", "before") and not self._pending and self.text.chunks[number - 1].kind == "there":
+            self._pending += [PendingThing(thing, self._joined, again=True) for thing in self._mentioned[-1:]]
+            self._flags.discard("there")
         if value == "object" or not self._pending:
             return
         self._add_place(value)
@@ -200,7 +229,7 @@ class PostpositionRouteParser(SideParser):
 
     def _handle_verb(self, value: str, number: int) -> None:
         if self.text.rules.is_in(value, "standing"):
-            self._handle_location_verb(value)
+            self._handle_location_verb(value, number)
         elif value == "pass" and self._target is None:
             self._walk_to_places()
             self._pass(self._pending)
@@ -208,6 +237,12 @@ class PostpositionRouteParser(SideParser):
         elif value in ("walk", "return"):
             if not (self.text.is_relation(number + 1, "having") or self._is_at_target(number)):
                 self._handle_walk_verb(is_return=value == "return")
+        elif value == "turn" and self._places and self._is_turned_into(self._places[-1]):
+            self._walk_to_places()
+            self._side = ""
+        elif value == "become" and self._pending and self._pending[-1].side and self._target is None:
+            self._add_place("at")  # "Take the first street on the left."
+            self._side = ""
         elif value == "back" and self._places and self._places[-1].value == "at":
             self._places.pop()
         elif value in ("turn", "look", "back") and self._places and self._places[-1].value == "towards":
@@ -222,11 +257,17 @@ class PostpositionRouteParser(SideParser):
         ):
             self._add_turn("around")
 
-    def _handle_location_verb(self, value: str) -> None:
+    def _handle_location_verb(self, value: str, number: int) -> None:
         """Handle things with a verb of location: they are somewhere, appear, are visible, or stay on a side."""
         if value == "come" and not (self._pending and self._pending[-1].side):
             self._flags.add("there")
+        if value == "be" and not self._pending and self._places and number + 1 == self.text.target():
+            last = self._places[-1]  # "The mug that is ahead of it."
+            self._places[-1] = replace(last, value="in_front_of" if last.value == "beyond" else last.value)
         if "one_side" in self._flags or not self._pending:
+            return
+        if value in ("see", "be") and self._is_faced():
+            self._face(self._pending.pop())
             return
         named, self._pending = self._pending, []
         if self._target is not None:
@@ -263,10 +304,18 @@ class PostpositionRouteParser(SideParser):
         if (is_return or "back_again" in self._flags) and not self.steps and not self._places:
             self._add_turn("around")
         last = self._places[-1] if self._places else None
-        self._walk_to_places(reaching=last is not None and last.value in ("at", "near", "in_front_of"))
+        self._walk_to_places(reaching=last is not None and self._is_reached(last))
 
-    def _walk_ahead(self) -> None:
-        if self._target is None and (not self.steps or isinstance(self.steps[-1], Rotate)):
+    def _is_clause(self, number: int) -> bool:
+        """Return whether a chunk is a clause of its own."""
+        before = self.text.chunks[number - 1].kind if number else STOP
+        return before in BOUNDARIES and self.text.next_kind(number) in BOUNDARIES
+
+    def _walk_ahead(self, *, is_clause: bool) -> None:
+        is_turned = not self.steps or isinstance(self.steps[-1], (Rotate, Face))
+        if self._target is None and (is_turned or (is_clause and self.steps[-1] != Walk("ahead"))):
+            if is_clause:
+                self._walk_to_places()
             self.steps.append(Walk("ahead"))
 
     def _close_sentence(self) -> None:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from arramon_lang.meaning import Rotate
+from arramon_lang.meaning import Rotate, Walk
 from arramon_lang.reading.chunks.chunker import RELATION, SIDE, STOP, THEN, THING, VERB
 from arramon_lang.reading.chunks.postpositions.route_draft import RouteDraft
 from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
@@ -10,6 +10,8 @@ from arramon_lang.reading.discourse import CROSSED_KINDS, POINT_KINDS
 BOUNDARIES = ("comma", THEN, STOP, "and")
 
 _ROUND = ("around", "back")
+
+_JUNCTION_KINDS = ("intersection", "t_junction", "street_end")
 
 
 @dataclass(slots=True, kw_only=True)
@@ -38,6 +40,8 @@ class SideParser(RouteDraft):
             return end
         if self.text.is_relation(number + 1, "from") and self.steps[-1:] == [Rotate("around")] and not self._pending:
             return number  # "Turn around, from the right."
+        if verb == "keep" and not self._pending:
+            self._set_side_passed(chunk.value)
         if (
             self.text.rules.is_in(verb, "standing")
             or (verb == "pass" and not self._places)
@@ -45,10 +49,26 @@ class SideParser(RouteDraft):
         ):
             return number
         if self._is_of_target(number, chosen) and not self._is_alone(number + 1, chosen):
-            if self._places and self.text.is_relation(number - 1, "from"):
-                self._places[-1] = replace(self._places[-1], value=f"{chunk.value}_of")
-            return number
+            return self._side_of_place(number, chosen)
         return self._side_or_turn(number, direction)
+
+    def _side_of_place(self, number: int, chosen: int) -> int:
+        """Read a side that says where the target is; return the index of the last chunk consumed."""
+        side = self.text.chunks[number].value
+        if self._places and self.text.is_relation(number - 1, "from"):
+            self._places[-1] = replace(self._places[-1], value=f"{side}_of")
+        if self.text.is_relation(number + 1, "having") and number + 2 < chosen:
+            self._side = side  # "By the bench on the right."
+            return number + 1
+        return number
+
+    def _set_side_passed(self, side: str) -> None:
+        """Give a side to the thing passed last: "past the tree, it stays on your left"."""
+        if self._places and self.text.rules.is_in(self._places[-1].value, "passing"):
+            self._walk_to_places()
+        last = self.steps[-1] if self.steps and not self._places else None
+        if isinstance(last, Walk) and last.way == "past" and not last.side:
+            self.steps[-1] = replace(last, side=side)
 
     def _is_round(self, number: int) -> bool:
         """Return whether a side means a turn around: with a verb of moving, or as a clause of its own."""
@@ -87,7 +107,8 @@ class SideParser(RouteDraft):
             self._pass(self._pending)
             self._pending, self._side = [], side
         elif self.text.is_relation(number + 1, "of", "having"):
-            if self._is_way(number + 2) and not self._is_beside_way(number + 2):
+            is_way = self._is_way(number + 2) and not self._is_beside_way(number + 2)
+            if is_way and not self._is_turned_into_there(number + 2):
                 self._add_turn(direction)
             else:
                 self._side = side
@@ -109,13 +130,37 @@ class SideParser(RouteDraft):
         verbs = [each.value for each in self.text.chunks[number + 1 : chosen] if each.kind == VERB]
         if any(value in ("walk", "turn", "pass") for value in verbs) or SIDE in between or THEN in between:
             return False
+        if any(self._ends_walk(n) for n in range(number + 1, chosen)):
+            return False
+        if self._is_whole_clause(number):
+            return False
         if chunk.nominal or chunk.slight:
             return not any(self._is_alone(n, chosen) for n in range(number + 1, chosen))
         if self._places and self.text.next_kind(number) == "comma" and number + 2 == chosen:
-            return True
+            return not self._ends_way()
         if self.text.next_kind(number) == THING and self.text.chunks[number + 1].things[0].kind == "street":
             return True  # "On the left pavement."
         return self.text.next_kind(number) not in BOUNDARIES and not self._is_way(number + 1)
+
+    def _is_whole_clause(self, number: int) -> bool:
+        """Return whether a side is a clause that can only be a turn.
+
+        "A bit left," opens the text or is followed by "there"; "onto the street on the left,".
+        """
+        if self.text.chunks[number].slight and not self._pending and self.text.next_kind(number) == "comma":
+            return self._is_first() or self.text.next_kind(number + 1) == "there"
+        return self.text.is_relation(number + 1, "having") and self._is_turned_into_there(number + 2)
+
+    def _ends_walk(self, number: int) -> bool:
+        """Return whether a clause without a verb ends there that says where to walk: "straight,", "past the tree,"."""
+        chunk = self.text.chunks[number]
+        is_walk = chunk.kind == RELATION and self.text.rules.is_in(chunk.value, "leading", "passing")
+        return (is_walk or chunk.kind in ("straight", "ahead")) and self.text.next_kind(number) in BOUNDARIES
+
+    def _ends_way(self) -> bool:
+        """Return whether the last place is passed or a junction, so that a side after it is a turn."""
+        last = self._places[-1]
+        return self.text.rules.is_in(last.value, "passing") or last.named[-1].thing.kind in _JUNCTION_KINDS
 
     def _is_first(self) -> bool:
         return not self.steps and not self._pending and not self._places
@@ -140,6 +185,17 @@ class SideParser(RouteDraft):
             elif (chunk.kind == "and" and self.text.next_kind(n) == SIDE) or chunk.kind not in ("and", RELATION):
                 return False
         return False
+
+    def _is_turned_into_there(self, number: int) -> bool:
+        """Return whether a street is named there, and what follows says that one turns into it."""
+        things = self.text.chunks[number].things
+        if not things or things[0].kind not in ("street", "alley"):
+            return False
+        is_place = self.text.is_relation(number + 1, "on", "in")
+        is_whole = is_place and (
+            self.text.next_kind(number + 1) in BOUNDARIES or self.text.verb_after(number + 1) == "turn"
+        )
+        return is_whole or self.text.verb_after(number) == "become"
 
     def _is_beside_way(self, number: int) -> bool:
         """Return whether the thing there stands beside the way and is passed: "past the red car on the right"."""
