@@ -191,6 +191,8 @@ class RouteDraft:
         self._walk_to_places()
         if place is None:
             if "there" in self._flags and before and self.steps:
+                if self.steps[-1] == Walk("until", (before[0],)):
+                    self.steps.pop()  # "Where you see the bank, turn left": at the bank, not where it comes in view.
                 self.steps.append(Rotate(direction, "at", before[0]))
             elif not (direction == "around" and self.steps[-1:] == [Rotate("around")]):
                 self.steps.append(Rotate(direction))

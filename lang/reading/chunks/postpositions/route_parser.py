@@ -189,6 +189,7 @@ class PostpositionRouteParser(SideParser):
 
     def _face(self, named: PendingThing) -> None:
         self.steps[-1] = Face(named.thing)
+        self._ahead = -1
 
     def _handle_pronoun(self, number: int) -> None:
         """Resolve a pronoun to the last one or two things, or to the last street or square for "in it"."""
@@ -283,7 +284,7 @@ class PostpositionRouteParser(SideParser):
             if value == "come" and named[-1].side:
                 self._walk_beside(named[-1])
             else:
-                self._walk("past" if named[-1].side else "until", named[-1])
+                self._walk("past" if named[-1].side else "to" if value == "come" else "until", named[-1])
         self._flags.discard("which")
 
     def _is_at_target(self, number: int) -> bool:
