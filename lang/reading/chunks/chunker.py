@@ -164,8 +164,12 @@ class Chunker:
         if end:
             nominal = self._size(self._nominal, keys, end)
             more = self._size(self._slightly_behind, keys, end + nominal)
+            more = 0 if self._begins_side(keys, end + nominal + more) else more  # "Left, slightly right at the tree."
             is_nominal = bool(placed or nominal)
             yield Chunk(SIDE, start, end + nominal + more, side, slight=bool(slight or more), nominal=is_nominal)
+
+    def _begins_side(self, keys: Sequence[str], at: int) -> bool:
+        return any(self._end(phrase, keys, at) for phrase, _ in self._sides)
 
     def _size(self, phrases: Sequence[Keys], keys: Sequence[str], at: int) -> int:
         """Return the length of the longest of the phrases that begins at `at`, 0 if none does."""
