@@ -15,6 +15,7 @@ STEPS: list[tuple[str, tuple[Step, ...]]] = [
     ("फोन बूथ के थोड़ा आगे लेफ्ट लो, लाल धारीदार गेंद है", (Rotate("left", "after", BOOTH),)),
     ("दाएँ पलटकर नीले कोन के पास से निकलके लाल धारीदार बॉल", (Rotate("around"), Walk("past", (CONE,)))),
     ("BANK की ओर ज़रा-सा दाएँ घूमो, लाल धारीदार गेंद", (Rotate("slightly right"), Walk("towards", (BANK,)))),
+    ("से पीछे, नीले कोन तक, लाल धारीदार गेंद", (Walk("to", (CONE,)),)),
     ("जब तक फ़ोन बूथ आपके बाएँ न आए, चलो; लाल धारीदार गेंद", (Walk("beside", (BOOTH,), "left"),)),
 ]
 

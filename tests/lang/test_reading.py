@@ -1,11 +1,15 @@
 """Reading of instructions: generated texts back to their meaning, and human-written texts."""
 
+import re
+from contextlib import suppress
 from random import Random
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from arramon_client.world import PHASES
+from arramon_dataset.paraphrases.collection import paraphrases
 from arramon_lang import CannotRead, load
 from arramon_lang.coreference import first_mentions
 from arramon_lang.meaning import Assembly, Face, Meaning, Navigation, Rotate, Thing, Walk, Where
@@ -33,6 +37,24 @@ def test_written_texts_are_read_back_to_their_meaning(seed: int) -> None:
         read = load("en").read(text, phase_of(meaning))
         assert read == meaning, text
         assert first_mentions(read) == first_mentions(meaning), text
+
+
+@pytest.mark.parametrize("language", ["en", "hi", "te"])
+def test_parts_of_texts_in_any_order_are_read_or_refused(language: str) -> None:
+    """Writers omit and mix up words: a reader may misunderstand them, and does not fail."""
+    texts = [text for each in paraphrases() if each.language == language for text in (each.navigation, each.assembly)]
+    texts = texts or [load(language).write(each, Random(0)) for each in random_meanings.meanings(Random(0), 1)]
+    split = [re.sub("([,.;।])", r" \1", text).split() for text in texts]
+    random, read = Random(7), 0
+    for _ in range(150):
+        parts = [random.choice(split) for _ in range(random.randint(1, 4))]
+        starts = [random.randrange(len(part)) for part in parts]
+        text = " ".join(" ".join(part[at : at + random.randint(1, 6)]) for part, at in zip(parts, starts, strict=True))
+        for phase in PHASES:
+            with suppress(CannotRead):
+                load(language).read(text, phase)
+                read += 1
+    assert read > 100
 
 
 PEOPLES: list[tuple[str, Meaning]] = [

@@ -24,7 +24,7 @@ class PostpositionRouteParser(SideParser):
 
     grammar: Grammar
     _describes: bool = False
-    _ahead: int = -1
+    _ahead: int = -1  # number of steps when "ahead" was read, which faces the thing named next
 
     def read(self) -> Navigation | None:
         """Return the meaning, or None if the text names no target."""
@@ -150,7 +150,7 @@ class PostpositionRouteParser(SideParser):
                 self._walk_to_places()
             if not (self._places and self._places[-1].value in ("to", "towards")):  # "Straight to the cone."
                 self._walk_ahead(is_clause=self._is_clause(number))
-                self._ahead = len(self.steps) if chunk.kind == "ahead" and self.steps[-1:] == [Walk("ahead")] else -1
+                self._ahead = len(self.steps) if chunk.kind == "ahead" else -1
 
     def _handle_flag(self, number: int) -> None:
         kind = self.text.chunks[number].kind
@@ -184,8 +184,14 @@ class PostpositionRouteParser(SideParser):
 
     def _is_faced(self) -> bool:
         """Return whether the pending thing is said to be ahead, with nothing between: "ahead of you is a tree"."""
-        is_ahead = self._ahead == len(self.steps) and self._target is None and not self._places
-        return is_ahead and len(self._pending) == 1 and not self._pending[0].side and not self._pending[0].again
+        is_ahead = self._ahead == len(self.steps) and self.steps[-1:] == [Walk("ahead")] and not self._places
+        return (
+            is_ahead
+            and self._target is None
+            and len(self._pending) == 1
+            and not self._pending[0].side
+            and not self._pending[0].again
+        )
 
     def _face(self, named: PendingThing) -> None:
         self.steps[-1] = Face(named.thing)
@@ -205,7 +211,8 @@ class PostpositionRouteParser(SideParser):
     def _handle_postposition(self, value: str, number: int) -> None:
         if value == "steps_behind":  # "Turn back from the bank", "behind the bank".
             is_turn = self.text.rules.is_in(self.text.verb_after(number), "moving")
-            self._add_place("at" if is_turn else "behind")
+            if self._pending:
+                self._add_place("at" if is_turn else "behind")
             if is_turn:
                 self._add_turn("around")
             return
@@ -219,7 +226,8 @@ class PostpositionRouteParser(SideParser):
             else:
                 self._describes = following == THING
             return
-        if value in ("to", "before") and not self._pending and self.text.chunks[number - 1].kind == "there":
+        is_there = number > 0 and self.text.chunks[number - 1].kind == "there"
+        if value in ("to", "before") and not self._pending and is_there:  # "Up to there."
             self._pending += [PendingThing(thing, self._joined, again=True) for thing in self._mentioned[-1:]]
             self._flags.discard("there")
         if value == "object" or not self._pending:

@@ -188,7 +188,7 @@ class SideParser(RouteDraft):
 
     def _is_turned_into_there(self, number: int) -> bool:
         """Return whether a street is named there, and what follows says that one turns into it."""
-        things = self.text.chunks[number].things
+        things = self.text.chunks[number].things if number < len(self.text.chunks) else ()
         if not things or things[0].kind not in ("street", "alley"):
             return False
         is_place = self.text.is_relation(number + 1, "on", "in")
