@@ -27,6 +27,10 @@ STEPS: list[tuple[str, tuple[Step, ...]]] = [
     ),
     ("Left into the narrow lane by the bank.", (Rotate("left", "at", BANK), Walk("along", (ALLEY,)))),
     ("Right after the bench, turn left.", (Rotate("left", "after", BENCH),)),
+    # Counted streets: at the second one, not along it from here.
+    ("Go into the second street on your right.", (Rotate("right", "at", Thing("street", which="second")),)),
+    ("turn left into the second street", (Rotate("left", "at", Thing("street", which="second")),)),
+    ("Turn left, turn slightly right at the bench.", (Rotate("left"), Rotate("slightly right", "at", BENCH))),
     # Turning around.
     ("Back round to the left, past the bench.", (Rotate("around"), Walk("past", (BENCH,)))),
     ("Turn right about, so the bank is behind you, and by the bench.", (Rotate("around"), Walk("past", (BENCH,)))),

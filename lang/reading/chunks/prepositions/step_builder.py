@@ -48,8 +48,8 @@ class StepBuilder:
             self.steps.append(Walk("ahead"))
 
     def rotate(self, direction: str, at: str = "", thing: Thing | None = None) -> None:
-        """Add a turn on the spot, at a thing, or into a street."""
-        if thing is not None and thing.kind in ("street", "alley"):
+        """Add a turn on the spot, at a thing, or into a street; at a counted street ("the second street")."""
+        if thing is not None and thing.kind in ("street", "alley") and not thing.which:
             self.steps += [Rotate(direction), Walk("along", (thing,))]
         else:
             self.steps.append(Rotate(direction, at if thing is not None else "", thing))
@@ -77,6 +77,11 @@ class StepBuilder:
 
     def _walk_to(self, value: str, named: ListedThing) -> None:
         kind, thing = named.thing.kind, named.thing
+        turn = self.steps[-1] if self.steps else None
+        is_counted = kind in ("street", "alley") and bool(thing.which)
+        if is_counted and value in ("into", "on") and isinstance(turn, Rotate) and turn.thing is None:
+            self.steps[-1] = replace(turn, at="at", thing=thing)  # "Turn left into the second street."
+            return
         way = self.rules.walks.get(value, "to" if self.rules.is_in(value, "reached") else "past")
         if kind == "street":
             thing = replace(thing, which="")
