@@ -15,6 +15,9 @@ STEPS: list[tuple[str, tuple[Step, ...]]] = [
     ("फोन बूथ के थोड़ा आगे लेफ्ट लो, लाल धारीदार गेंद है", (Rotate("left", "after", BOOTH),)),
     ("दाएँ पलटकर नीले कोन के पास से निकलके लाल धारीदार बॉल", (Rotate("around"), Walk("past", (CONE,)))),
     ("BANK की ओर ज़रा-सा दाएँ घूमो, लाल धारीदार गेंद", (Rotate("slightly right"), Walk("towards", (BANK,)))),
+    ("बाएं - नीले कोन तक - फिर दाएं — लाल धारीदार गेंद", (Rotate("left"), Walk("to", (CONE,)), Rotate("right"))),
+    ("दाएं हो जा भाई, नीले वाले कोन तक चल, लाल धारीदार गेंद", (Rotate("right"), Walk("to", (CONE,)))),
+    ("नीला कोन दिखेगा, उसे पार करो, लाल धारीदार गेंद", (Walk("until", (CONE,)), Walk("past", (CONE,)))),
     ("से पीछे, नीले कोन तक, लाल धारीदार गेंद", (Walk("to", (CONE,)),)),
     ("जब तक फ़ोन बूथ आपके बाएँ न आए, चलो; लाल धारीदार गेंद", (Walk("beside", (BOOTH,), "left"),)),
 ]
@@ -50,6 +53,7 @@ NOTES: list[tuple[str, tuple[Step, ...], tuple[Where, ...]]] = [
         (),
     ),
     ("पेड़ के पास से, वह आपकी बाईं तरफ़ रहेगा, लाल धारीदार गेंद", (Walk("past", (TREE,), "left"),), ()),
+    ("पेड़ के उस पार लाल धारीदार गेंद", (), (Where("behind", (TREE,)),)),
     ("पेड़ तक, उसके आगे रखी लाल धारीदार गेंद", (Walk("to", (TREE,)),), (Where("in_front_of", (TREE,)),)),
     ("दाएँ, लाल धारीदार गेंद, हरे बिंदीदार मग के पास", (Rotate("right"),), (Where("near", (MUG,)),)),
 ]  # fmt: skip
@@ -110,6 +114,7 @@ def test_what_is_said_of_a_landmark_is_not_said_of_the_place() -> None:
         ("stop board", Thing("stop_sign")),
         ("T-point", Thing("t_junction")),
         ("per", Thing("tree")),
+        ("chowk", Thing("square")),
         ("orange-white barrier", Thing("barrier", "white")),
         ("स्ट्रीट के आख़िर", Thing("street_end")),
     ],

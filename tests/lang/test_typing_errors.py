@@ -67,6 +67,7 @@ def directions(text: str) -> list[str]:
         ("straight, 2nd right, past red kiosk, grab red ball", ["right"]),
         ("R @ corner, L at bench. red ball", ["right", "left"]),
         ("wal past the bench and make a let, grab the red ball", ["left"]),
+        ("go to the phone both till u see it then left, red ball", ["left"]),
     ],
 )
 def test_turns_of_hurried_texts(text: str, expected: list[str]) -> None:

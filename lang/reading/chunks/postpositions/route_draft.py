@@ -8,6 +8,9 @@ from arramon_lang.reading.chunks.chunker import THEN
 from arramon_lang.reading.chunks.sequence import ChunkSequence
 from arramon_lang.reading.discourse import GROUND_KINDS, POINT_KINDS
 
+_BY_CORNER = ("after", "far_side", "beyond", "before", "near", "in_front_of", "at")
+"""Relations to a thing at a corner that say more of a turn than the corner does."""
+
 _FACADES = ("building", "awning", "shop_sign", "wall")
 """Kinds of things for which "beyond" means in front of them."""
 
@@ -169,7 +172,7 @@ class RouteDraft:
         if place.value == "beyond" and place.named[-1].thing.kind in _FACADES:
             return "in_front_of" if place is last or last.named[0].thing.kind in ("corner", "street") else None
         relation = self.text.rules.target_relations.get(place.value)
-        if self._target is not None and place.value in ("beyond", "after"):
+        if self._target is not None and place.value in ("beyond", "after", "far_side"):
             return "behind"
         return "near" if relation == "between" and len(place.named) < 2 else relation
 
@@ -216,7 +219,7 @@ class RouteDraft:
         place = self._places.pop() if self._places else None
         before = self._mentioned[-1:]
         if place is not None and place.named[-1].thing.kind == "corner" and place.value == "at":
-            if self._places and self._places[-1].value in ("after", "beyond", "before", "near", "in_front_of", "at"):
+            if self._places and self._places[-1].value in _BY_CORNER:
                 place = self._places.pop()
             elif "there" in self._flags:
                 place, before = None, self._mentioned[-2:-1]

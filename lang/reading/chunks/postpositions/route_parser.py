@@ -99,6 +99,8 @@ class PostpositionRouteParser(SideParser):
         self._joined = ""
 
     def _set_target(self, thing: Thing, number: int) -> None:
+        if self._places and self.text.is_relation(number - 1, "far_side"):
+            self._places[-1] = replace(self._places[-1], value="behind")  # "On the far side of the tree the mug."
         self._pass(self._pending)
         self._pending = []
         self._locate_target()
@@ -201,7 +203,8 @@ class PostpositionRouteParser(SideParser):
         """Resolve a pronoun to the last one or two things, or to the last street or square for "in it"."""
         if self.text.next_kind(number) != RELATION:
             return
-        size = 2 if self.text.chunks[number].kind == "them" else 1
+        is_group = bool(self._mentioned) and bool(self._mentioned[-1].number)  # "The two cones: go towards them."
+        size = 2 if self.text.chunks[number].kind == "them" and not is_group else 1
         within = [thing for thing in self._mentioned if thing.kind in GROUND_KINDS]
         is_in = self.text.chunks[number + 1].value == "in" and bool(within)
         self._pending += [
