@@ -77,6 +77,11 @@ class RouteDraft:
         self._pending = []
         self._joined = ""
 
+    def _is_passing(self, *more: str) -> bool:
+        """Return whether the last place before the target is one that is passed."""
+        last = self._places[-1].value if self._places and self._target is None else None
+        return last is not None and (last in more or self.text.rules.is_in(last, "passing"))
+
     def _is_reached(self, place: PendingPlace) -> bool:
         """Return whether a walk ends at a place: "near the tree", "at the bank"."""
         return place.value in ("at", "near", "in_front_of")

@@ -179,11 +179,6 @@ class PostpositionRouteParser(SideParser):
         if kind != "and":
             self._side = ""
 
-    def _is_passing(self, *more: str) -> bool:
-        """Return whether the last place before the target is one that is passed."""
-        last = self._places[-1].value if self._places and self._target is None else None
-        return last is not None and (last in more or self.text.rules.is_in(last, "passing"))
-
     def _is_faced(self) -> bool:
         """Return whether the pending thing is said to be ahead, with nothing between: "ahead of you is a tree"."""
         is_ahead = self._ahead == len(self.steps) and self.steps[-1:] == [Walk("ahead")] and not self._places

@@ -64,7 +64,7 @@ class SideParser(RouteDraft):
 
     def _set_side_passed(self, side: str) -> None:
         """Give a side to the thing passed last: "past the tree, it stays on your left"."""
-        if self._places and self.text.rules.is_in(self._places[-1].value, "passing"):
+        if self._is_passing():
             self._walk_to_places()
         last = self.steps[-1] if self.steps and not self._places else None
         if isinstance(last, Walk) and last.way == "past" and not last.side:
@@ -159,8 +159,7 @@ class SideParser(RouteDraft):
 
     def _ends_way(self) -> bool:
         """Return whether the last place is passed or a junction, so that a side after it is a turn."""
-        last = self._places[-1]
-        return self.text.rules.is_in(last.value, "passing") or last.named[-1].thing.kind in _JUNCTION_KINDS
+        return self._is_passing() or self._places[-1].named[-1].thing.kind in _JUNCTION_KINDS
 
     def _is_first(self) -> bool:
         return not self.steps and not self._pending and not self._places
